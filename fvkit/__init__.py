@@ -1,0 +1,33 @@
+"""fvkit: a pluggable finite-volume framework for one-dimensional hyperbolic systems.
+
+>>> import fvkit as fv
+>>> import numpy as np
+>>> problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 100), lambda x: np.sin(2 * np.pi * x)[None], t_end=0.1,
+...                      boundary=fv.Periodic())
+>>> solution = fv.solve(problem, fv.WavePropagation(fv.Roe()))
+>>> solution.success
+True
+"""
+
+from fvkit.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
+from fvkit.contract import PointwiseError
+from fvkit.grid import Grid
+from fvkit.limiters import MC, Limiter, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
+from fvkit.model import Model
+from fvkit.models import Acoustics, Advection, Burgers
+from fvkit.pointwise import maximum, minimum, where
+from fvkit.problem import Problem
+from fvkit.riemann import HLL, RiemannSolver, Roe, Rusanov
+from fvkit.schemes import Scheme, WavePropagation
+from fvkit.solution import Solution, SolveError, Stats, Status
+from fvkit.solve import Stepper, rhs, solve
+from fvkit.sources import Godunov, Source, Splitting, Strang
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "HLL", "MC", "Acoustics", "Advection", "BoundaryCondition", "Burgers", "Godunov", "Grid", "Inflow", "Limiter",
+    "Minmod", "Model", "NoLimiter", "Outflow", "Periodic", "PointwiseError", "Problem", "RiemannSolver", "Roe",
+    "Rusanov", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status", "Stepper", "Strang",
+    "Superbee", "ThirdOrder", "VanLeer", "Wall", "WavePropagation", "maximum", "minimum", "rhs", "solve", "where",
+]

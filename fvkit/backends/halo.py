@@ -1,0 +1,36 @@
+"""From stages with offsets to ranges: which cells and faces each stage must cover, and how many ghost cells that takes."""
+
+import attrs
+
+from fvkit.schemes.base import Stage
+
+
+@attrs.frozen
+class Plan:
+    """Ranges of the stages of a scheme over a tile of n cells.
+
+    Parameters
+    ----------
+    stages : the stages, in order.
+    ranges : (low, high) per stage: it covers the places low .. n + high - 1.
+    halo : ghost cells needed on each side.
+    """
+
+    stages: tuple[Stage, ...]
+    ranges: tuple[tuple[int, int], ...]
+    halo: int
+
+
+def plan(stages: tuple[Stage, ...]) -> Plan:
+    """Work backwards from the field ``net`` on the cells of a tile to what every stage must cover."""
+    needed: dict[str, tuple[int, int]] = {"net": (0, 0)}
+    ranges: list[tuple[int, int]] = []
+    for stage in reversed(stages):
+        wanted = [needed.pop(name) for name in stage.writes if name in needed]
+        low, high = min(r[0] for r in wanted), max(r[1] for r in wanted)
+        ranges.append((low, high))
+        for field, first, last in stage.reads:
+            old = needed.get(field, (low + first, high + last))
+            needed[field] = (min(old[0], low + first), max(old[1], high + last))
+    low, high = needed["q"]
+    return Plan(stages, tuple(reversed(ranges)), max(-low, high))

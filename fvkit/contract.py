@@ -1,0 +1,180 @@
+"""The pointwise contract: what a method may contain so that one source serves every backend.
+
+Two checks, both before the first step. *Reading*: the bytecode of a method and of all that it calls is
+read, not rewritten, and anything that cannot work on arrays and on compiled scalars alike is refused with
+file, line and rule. *Rehearsal*: the method runs once on a few cells of the real initial state, and its
+result must be a tuple with the right number of components of the right shape. What the user's own code
+raises there passes through unchanged.
+"""
+
+import builtins
+import dis
+import types
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from fvkit import pointwise
+from fvkit.part import Part
+
+_BUILDERS = ("LIST_APPEND", "SET_ADD", "MAP_ADD", "YIELD_VALUE")
+_CONSTANTS = (bool, int, float, tuple, type(None), np.generic)
+
+
+class PointwiseError(TypeError):
+    """A pointwise method breaks a rule; the message names method, file, line and rule."""
+
+
+def read(part: type[Part], methods: tuple[str, ...], model: type[Part] | None = None) -> None:
+    """Refuse methods of ``part`` whose bytecode breaks a rule.
+
+    Parameters
+    ----------
+    part : class of a model, solver, limiter, boundary condition or source.
+    methods : names of its pointwise methods.
+    model : class that an argument called ``model`` holds, if any.
+
+    Raises
+    ------
+    PointwiseError
+        With the method, the file, the line and the rule.
+    """
+    seen: set[types.CodeType] = set()
+    holders = {"self": part} | ({"model": model} if model is not None else {})
+    for name in methods:
+        _examine(getattr(part, name), holders, f"{part.__name__}.", seen)
+
+
+def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen: set[types.CodeType]) -> None:
+    if function.__code__ in seen:
+        return
+    seen.add(function.__code__)
+    code, line = function.__code__, function.__code__.co_firstlineno
+
+    def refuse(reason: str) -> None:
+        raise PointwiseError(f"{owner}{function.__name__} ({code.co_filename}:{line}): {reason}")
+
+    if code.co_freevars:
+        refuse(f"super() and variables of an enclosing scope ({', '.join(code.co_freevars)}) are not available here; "
+               "use parameters of the class and module-level functions")
+    if any(isinstance(constant, types.CodeType) for constant in code.co_consts):
+        refuse("no comprehension, generator, lambda or nested function here; write the components out, "
+               "or use fv.pointwise.combine(a, x, b, y) and its like")
+    last_name: str | None = None
+    for instruction in dis.get_instructions(code):
+        if instruction.positions is not None and instruction.positions.lineno is not None:
+            line = instruction.positions.lineno
+        operation, argument = instruction.opname, instruction.argval
+        if "JUMP" in operation and "_IF_" in operation:
+            refuse("`if`, `while`, `and`, `or`, `not`, `assert` cannot look at values that are arrays; "
+                   "use fv.where(condition, a, b)")
+        if operation in _BUILDERS:
+            refuse("no comprehension or generator here; write the components out, "
+                   "or use fv.pointwise.combine(a, x, b, y) and its like")
+        if operation == "LOAD_GLOBAL" and argument not in function.__globals__ and not hasattr(builtins, argument):
+            refuse(f"the name {argument} is not defined")
+        if operation in ("LOAD_ATTR", "LOAD_METHOD"):
+            holder = holders.get(last_name) if last_name is not None else None
+            if holder is not None:
+                _attribute(holder, last_name, argument, refuse)
+                method = getattr(holder, argument, None)
+                if isinstance(method, types.FunctionType):
+                    _examine(method, {**holders, "self": holder}, f"{holder.__name__}.", seen)
+        last_name = _loaded(operation, argument)
+    for name, value in _globals_of(function):
+        if isinstance(value, types.FunctionType) and value.__module__.split(".")[0] != "numpy":
+            if getattr(pointwise, value.__name__, None) is not value:
+                _examine(value, {key: holder for key, holder in holders.items() if key != "self"}, "", seen)
+        elif not (isinstance(value, (*_CONSTANTS, types.ModuleType)) or callable(value)):
+            refuse(f"the global {name} is a {type(value).__name__}; only numbers, tuples, functions and modules serve")
+
+
+def _attribute(holder: type[Part], name: str | None, attribute: str, refuse: Callable[[str], None]) -> None:
+    parameters = holder.parameter_names()
+    if attribute not in parameters and not isinstance(getattr(holder, attribute, None), types.FunctionType):
+        refuse(f"{name}.{attribute} is neither a parameter of {holder.__name__} "
+               f"({', '.join(parameters) or 'it has none: decorate it with @attrs.frozen and annotate with float'}) "
+               "nor one of its methods")
+
+
+def _loaded(operation: str, argument: Any) -> str | None:
+    """Name of the local variable that an instruction leaves on top of the stack, if it is one."""
+    if not operation.startswith("LOAD_FAST"):
+        return None
+    return argument[-1] if isinstance(argument, tuple) else argument
+
+
+def _globals_of(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """What a function reads from its module and, one level down, from modules that it names."""
+    last: Any = None
+    for instruction in dis.get_instructions(function.__code__):
+        name = instruction.argval
+        if instruction.opname == "LOAD_GLOBAL" and name in function.__globals__:
+            last = function.__globals__[name]
+            yield name, last
+        elif instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(last, types.ModuleType):
+            last = getattr(last, name, None)
+            yield name, last
+        else:
+            last = None
+
+
+def rehearse(part: Part, method: str, arguments: tuple[Any, ...], components: int, length: int) -> tuple[Any, ...]:
+    """Run ``part.method(*arguments)`` and return its result if it is ``components`` rows of ``length`` values.
+
+    Raises
+    ------
+    PointwiseError
+        If the result is no tuple, or has another number of components, or one of another shape.
+    """
+    function = getattr(part, method)
+    with np.errstate(all="ignore"):
+        result = function(*arguments)
+    verify(result, components, length, _where(part, method))
+    return result
+
+
+def rehearse_value(part: Part, method: str, arguments: tuple[Any, ...], length: int) -> None:
+    """Like `rehearse` for a method that returns one value and no tuple."""
+    with np.errstate(all="ignore"):
+        result = getattr(part, method)(*arguments)
+    verify((result,), 1, length, _where(part, method))
+
+
+def rehearse_waves(part: Part, method: str, arguments: tuple[Any, ...], components: int, length: int) -> int:
+    """Like `rehearse` for a method that returns (waves, speeds); return the number of waves."""
+    where = _where(part, method)
+    with np.errstate(all="ignore"):
+        result = getattr(part, method)(*arguments)
+    if not (isinstance(result, tuple) and len(result) == 2 and all(isinstance(item, tuple) for item in result)):
+        raise PointwiseError(f"{where}: must return the pair (waves, speeds) of tuples, got {_describe(result)}")
+    waves, speeds = result
+    if len(waves) != len(speeds):
+        raise PointwiseError(f"{where}: returns {len(waves)} waves and {len(speeds)} speeds; one speed per wave")
+    verify(speeds, len(speeds), length, f"{where}, speeds")
+    for k, wave in enumerate(waves):
+        verify(wave, components, length, f"{where}, wave {k}")
+    return len(waves)
+
+
+def verify(result: Any, components: int, length: int, where: str) -> None:
+    """Refuse a result that is not a tuple of ``components`` scalars or arrays of shape (length,)."""
+    if not isinstance(result, tuple):
+        raise PointwiseError(f"{where}: must return a tuple of {components} components, got {_describe(result)}"
+                             + ("; write (value,) for a single component" if components == 1 else ""))
+    if len(result) != components:
+        raise PointwiseError(f"{where}: returns {len(result)} components, {components} are needed")
+    for k, component in enumerate(result):
+        if np.shape(component) not in ((), (length,)):
+            raise PointwiseError(f"{where}: component {k} has shape {np.shape(component)} for arguments of shape "
+                                 f"({length},); pointwise code keeps the shape (no sums, no slices, no np.stack)")
+
+
+def _where(part: Part, method: str) -> str:
+    code = getattr(type(part), method).__code__
+    return f"{type(part).__name__}.{method} ({code.co_filename}:{code.co_firstlineno})"
+
+
+def _describe(result: Any) -> str:
+    return f"an array of shape {result.shape}" if isinstance(result, np.ndarray) else f"{type(result).__name__} {result!r}"

@@ -1,0 +1,116 @@
+"""`Model`: a hyperbolic system as a set of questions that solvers, boundaries and schemes ask."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit.part import Part, default
+from fvkit.pointwise import combine, subtract
+
+
+@attrs.frozen
+class Model(Part, ABC):
+    """Abstract system q_t + f(q)_x + B(q) q_x = S(q, x). Contract:
+
+    1. ``conserved`` names the components of q, in order. ``aux`` names the given functions of x it needs.
+    2. ``flux(q)`` and ``wave_speeds(q)`` are required; every other question has a default.
+    3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
+       arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``; ``self`` gives float fields and pointwise methods.
+    4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
+       momentum. Walls, conservation statistics and drag are derived from it. () for a general law.
+    5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
+       fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
+    6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
+
+    Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ()
+    aux: ClassVar[tuple[str, ...]] = ()
+    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = ()
+
+    @abstractmethod
+    def flux(self, q):
+        """Return f(q), one component per equation."""
+
+    @abstractmethod
+    def wave_speeds(self, q):
+        """Return two bounds (smallest, largest) of the characteristic speeds at q, m/s."""
+
+    @default
+    def jump(self, ql, qr, auxl, auxr):
+        """Return the total fluctuation of a face: by default the flux difference."""
+        return subtract(self.flux(qr), self.flux(ql))
+
+    @default
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        """Return the part of qr - ql that is not equilibrium: what a viscosity may act on."""
+        return subtract(qr, ql)
+
+    @default
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        """Return (waves, speeds) of the Roe linearisation: ``jump`` as a sum of its eigenvectors. No default."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `decompose`")
+
+    @default
+    def matrix_product(self, ql, qr, auxl, auxr, v):
+        """Return the Roe-mean matrix times v; by default f(mean + v/2) - f(mean - v/2).
+
+        ``v`` is an increment of the state (a scheme passes dt/dx times a fluctuation).
+        """
+        mean = combine(0.5, ql, 0.5, qr)
+        return subtract(self.flux(combine(1.0, mean, 0.5, v)), self.flux(combine(1.0, mean, -0.5, v)))
+
+    @default
+    def cross(self, ql, qr, auxl, auxr):
+        """Return the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db of nonconservative products and bottom.
+
+        G is the part of the jump that moves q. Zero by default: conservation laws have none.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `cross`: the scheme skips it")
+
+    @default
+    def admissible(self, q):
+        """Return whether the state is physical. Asked only where a model defines it; masses are always checked."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `admissible`: the checks skip it")
+
+    @default
+    def hyperbolic_discriminant(self, ql, qr):
+        """Return a number per face, negative where the Roe mean has complex speeds. Asked only where defined."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `hyperbolic_discriminant`: faces are not counted")
+
+    @default
+    def may_lose_hyperbolicity(self, ql, qr):
+        """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; that is then not computed."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
+
+    def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
+        """Return what a person looks at, {name: (n,)}: by default the conserved quantities."""
+        return dict(zip(self.conserved, q, strict=True))
+
+    def wall_signs(self) -> tuple[float, ...]:
+        """Return the factor of each component under reflection at a wall: -1 for momenta.
+
+        Raises
+        ------
+        ValueError
+            If the model has no ``phases`` and does not override this.
+        """
+        if not self.phases:
+            raise ValueError(f"Wall needs to know what {type(self).__name__} reflects: define `phases`, "
+                             "or `wall_signs()` with one factor +1 or -1 per component")
+        momenta = {momentum for _, momentum in self.phases}
+        return tuple(-1.0 if row in momenta else 1.0 for row in range(len(self.conserved)))
+
+    @classmethod
+    def mass_rows(cls) -> tuple[int, ...]:
+        """Rows of q that are masses."""
+        return tuple(row for masses, _ in cls.phases for row in masses)
+
+
+def aux_rows(model: Model, aux: Mapping[str, Any]) -> tuple[np.ndarray, ...]:
+    """Arrange named aux arrays in the order of ``model.aux``."""
+    return tuple(aux[name] for name in model.aux)

@@ -1,0 +1,43 @@
+"""Linear acoustics."""
+
+from typing import ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit._validate import number
+from fvkit.model import Model
+
+
+@attrs.frozen
+class Acoustics(Model):
+    """Linear acoustics p_t + K u_x = 0, u_t + p_x/rho = 0; waves travel at -/+ sqrt(K/rho).
+
+    Parameters
+    ----------
+    rho : density, kg/m^3, positive.
+    bulk : bulk modulus K, Pa, positive.
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ("p", "u")
+
+    rho: float = number(1.0, above=0.0)
+    bulk: float = number(1.0, above=0.0)
+
+    def flux(self, q):
+        p, u = q
+        return self.bulk * u, p / self.rho
+
+    def wave_speeds(self, q):
+        c = np.sqrt(self.bulk / self.rho)
+        return -c, c
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        impedance, c = np.sqrt(self.bulk * self.rho), np.sqrt(self.bulk / self.rho)
+        first, second = jump
+        left = 0.5 * (second - first / impedance)
+        right = second - left
+        return ((-impedance * left, left), (impedance * right, right)), (-c, c)
+
+    def wall_signs(self):
+        return 1.0, -1.0

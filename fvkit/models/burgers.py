@@ -1,0 +1,25 @@
+"""The inviscid Burgers equation."""
+
+from typing import ClassVar
+
+import attrs
+
+from fvkit.model import Model
+
+
+@attrs.frozen
+class Burgers(Model):
+    """Inviscid Burgers equation u_t + (u^2/2)_x = 0."""
+
+    conserved: ClassVar[tuple[str, ...]] = ("u",)
+
+    def flux(self, q):
+        (u,) = q
+        return (0.5 * u * u,)
+
+    def wave_speeds(self, q):
+        (u,) = q
+        return u, u
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        return (jump,), (0.5 * (ql[0] + qr[0]),)

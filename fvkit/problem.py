@@ -1,0 +1,144 @@
+"""`Problem`: what is solved, with no word about how."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import _validate, contract
+from fvkit.boundary import BoundaryCondition, Outflow
+from fvkit.grid import Grid
+from fvkit.model import Model, aux_rows
+from fvkit.quadrature import cell_averages
+from fvkit.sources import Source
+
+
+def _pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
+    sides = boundary if isinstance(boundary, (tuple, list)) else (boundary, boundary)
+    if len(sides) != 2:
+        raise ValueError(f"`boundary` must be one condition or a pair (left, right), got {len(sides)}")
+    left, right = (_validate.instance(side, "boundary", BoundaryCondition, "such as fv.Outflow()") for side in sides)
+    if (left.reads == "opposite") != (right.reads == "opposite"):
+        raise ValueError(f"a periodic boundary needs both sides, got {type(left).__name__} and {type(right).__name__}")
+    return left, right
+
+
+def _sources(sources: Any) -> tuple[Source, ...]:
+    given = tuple(sources) if isinstance(sources, (tuple, list)) else (sources,)
+    return tuple(_validate.instance(source, "sources", Source, "such as gr.ConstantDrag(D=1.0)") for source in given)
+
+
+@attrs.frozen(eq=False)
+class Problem:
+    """A model on a grid with initial state, bottom, boundaries, sources and times.
+
+    Building a problem checks it: the pointwise contract of model, boundaries and sources, shapes, finite values and
+    non-negative masses.
+
+    Parameters
+    ----------
+    model : the equations.
+    grid : the cells.
+    initial : function x (m,) -> (num_eqn, m) of conserved values, averaged over cells by quadrature; or an array
+        (num_eqn, num_cells) of cell averages.
+    t_end : end time, s, after ``t_start``.
+    aux : {name: function of x, (num_cells,) cell averages, or number}; names that the model knows, 0 where missing.
+    boundary : one condition, or (left, right).
+    sources : a `Source` or a sequence of them.
+    t_start : start time, s.
+
+    Attributes
+    ----------
+    q0 : numpy.ndarray
+        (num_eqn, num_cells) initial cell averages.
+    aux_averages : dict
+        {name: (num_cells,)} cell averages of the aux functions.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the argument, what was given and what is allowed.
+    fvkit.contract.PointwiseError
+        If a method breaks the pointwise contract.
+    """
+
+    model: Model = attrs.field()
+    grid: Grid = attrs.field()
+    initial: Callable[[np.ndarray], Any] | Any = attrs.field(repr=False)
+    t_end: float = _validate.number()
+    aux: Mapping[str, Any] = attrs.field(factory=dict, repr=False)
+    boundary: Any = attrs.field(factory=Outflow, converter=_pair)
+    sources: Any = attrs.field(default=(), converter=_sources)
+    t_start: float = _validate.number(0.0)
+    q0: np.ndarray = attrs.field(init=False, repr=False)
+    aux_averages: dict[str, np.ndarray] = attrs.field(init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        _validate.instance(self.model, "model", Model)
+        _validate.instance(self.grid, "grid", Grid)
+        if not self.t_end > self.t_start:
+            raise ValueError(f"`t_end` must be > `t_start`, got {self.t_end:g} and {self.t_start:g}")
+        if not self.model.conserved:
+            raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
+        object.__setattr__(self, "aux_averages", self._average_aux())
+        object.__setattr__(self, "q0", self._average_initial())
+        self._check_contract()
+
+    def _average_aux(self) -> dict[str, np.ndarray]:
+        if not isinstance(self.aux, Mapping):
+            raise TypeError(f"`aux` must be a mapping such as {{'b': function}}, got {self.aux!r}")
+        for name in self.aux:
+            _validate.choice(name, "aux", self.model.aux)
+        n = self.grid.num_cells
+        result = {}
+        for name in self.model.aux:
+            value = self.aux.get(name, 0.0)
+            if callable(value):
+                value = cell_averages(value, self.grid, None, f"aux[{name!r}]")
+            result[name] = _validate.array(np.full(n, value) if np.ndim(value) == 0 else value, f"aux[{name!r}]", (n,))
+        return result
+
+    def _average_initial(self) -> np.ndarray:
+        rows, n = len(self.model.conserved), self.grid.num_cells
+        given = cell_averages(self.initial, self.grid, rows, "initial") if callable(self.initial) else self.initial
+        q = _validate.array(given, "initial", (rows, n))
+        for row in self.model.mass_rows():
+            if (q[row] < 0.0).any():
+                cell = int(np.argmin(q[row]))
+                raise ValueError(f"`initial` must have {self.model.conserved[row]} >= 0, got {q[row, cell]:g} in cell "
+                                 f"{cell} at x = {self.grid.centers[cell]:g}")
+        return q
+
+    def sample(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
+        """A few cells of the initial state, spread over the grid, to rehearse pointwise methods on: q, aux, count."""
+        count = len(self.model.conserved) + 3
+        cells = np.linspace(0, self.grid.num_cells - 1, count).astype(int)
+        return tuple(self.q0[:, cells]), tuple(row[cells] for row in aux_rows(self.model, self.aux_averages)), count
+
+    def _check_contract(self) -> None:
+        model, kind, rows = self.model, type(self.model), len(self.model.conserved)
+        q, aux, count = self.sample()
+        face = (q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux))
+        optional = {"jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face}
+        single = {"admissible": (q,), "hyperbolic_discriminant": face[:2], "may_lose_hyperbolicity": face[:2]}
+        asked = [name for name in (*optional, *single, "decompose") if model.defines(name)]
+        contract.read(kind, ("flux", "wave_speeds", *asked))
+        contract.rehearse(model, "flux", (q,), rows, count)
+        contract.rehearse(model, "wave_speeds", (q,), 2, count)
+        for name, arguments in optional.items():
+            if name in asked:
+                contract.rehearse(model, name, arguments, rows, count)
+        for name, arguments in single.items():
+            if name in asked:
+                contract.rehearse_value(model, name, arguments, count)
+        if "decompose" in asked:
+            contract.rehearse_waves(model, "decompose", (*face, q), rows, count)
+        for side in self.boundary:
+            contract.read(type(side), ("ghost",), kind)
+            contract.rehearse(side, "ghost", (model, q, side.values(model, self.t_start)), rows, count)
+        for source in self.sources:
+            source.check(model)
+            contract.read(type(source), ("step", "rate"), kind)
+            contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
+            contract.rehearse(source, "rate", (model, q, aux), rows, count)

@@ -1,0 +1,41 @@
+"""`RiemannSolver`: the abstract base, and which solver fits which model."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import attrs
+
+from fvkit.model import Model
+from fvkit.part import Part
+
+
+@attrs.frozen
+class RiemannSolver(Part, ABC):
+    """Abstract Riemann solver in f-wave form. Contract:
+
+    1. ``solve(model, ql, qr, auxl, auxr, jump)`` returns (waves, speeds): tuples, one entry per wave family; a
+       wave has one component per equation. Pointwise.
+    2. The waves add up to ``jump``, to rounding, for any data: that is conservation and balance at once.
+    3. It asks the model questions (``model.balanced_difference(...)``) and never which model it is;
+       ``needs`` names the questions without a usable default.
+    4. ``eigenvectors = True`` says that each wave is an eigenvector of the Roe-mean matrix with its speed; else
+       second order takes the matrix itself from ``model.matrix_product``.
+    5. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ()
+    eigenvectors: ClassVar[bool] = False
+
+    @abstractmethod
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        """Return (waves, speeds) of the face whose total fluctuation is ``jump``."""
+
+    def check(self, model: Model) -> None:
+        """Raise ValueError, naming what is missing and what fits, if the solver cannot serve ``model``."""
+        missing = [need for need in self.needs if not model.defines(need)]
+        if missing:
+            fitting = sorted(kind.__name__ for kind in RiemannSolver.__subclasses__()
+                             if all(model.defines(need) for need in kind.needs))
+            raise ValueError(f"{type(self).__name__} cannot serve {type(model).__name__}: the model does not define "
+                             f"{', '.join(f'`{name}`' for name in missing)}. "
+                             f"Solvers that fit it: {', '.join(fitting) or 'none'}")

@@ -1,0 +1,6 @@
+"""Schemes: how a problem is solved."""
+
+from fvkit.schemes.base import Parts, Read, Scheme, Stage
+from fvkit.schemes.wave_propagation import WavePropagation
+
+__all__ = ["Parts", "Read", "Scheme", "Stage", "WavePropagation"]

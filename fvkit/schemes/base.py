@@ -1,0 +1,80 @@
+"""`Scheme`, and the stages that it is made of."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import attrs
+
+from fvkit.limiters import Limiter
+from fvkit.model import Model
+from fvkit.riemann import RiemannSolver
+from fvkit.sources import Source, Splitting
+
+
+class Parts(NamedTuple):
+    """The parts that a stage's function may ask."""
+
+    model: Model
+    riemann: RiemannSolver
+    limiters: tuple[Limiter, ...]
+    sources: tuple[Source, ...]
+
+
+class Read(NamedTuple):
+    """A field that a stage reads, at the offsets first..last from its own place."""
+
+    field: str
+    first: int
+    last: int
+
+
+@attrs.frozen
+class Stage:
+    """One pointwise stage of a scheme.
+
+    ``compute(parts, ratio, *inputs)`` gets dt/dx and one input per field and offset, in the order of ``reads``; it
+    returns one value per name in ``writes``. Cells and faces share one numbering: face j is the left face of cell j,
+    between cells j - 1 and j. The fields ``q`` and ``aux`` are given; the last stage writes ``net``, the sum of all
+    fluctuations that enter a cell.
+
+    Parameters
+    ----------
+    compute : pointwise function.
+    reads : the fields it reads, with offsets; a backend sums the halo from them.
+    writes : the fields it writes. A guarded stage writes fields that exist already.
+    guard : pointwise condition with the same arguments. Where no cell of a tile asks, the stage is not run there.
+    """
+
+    compute: Callable[..., tuple[Any, ...]]
+    reads: tuple[Read, ...]
+    writes: tuple[str, ...]
+    guard: Callable[..., Any] | None = None
+
+
+@attrs.frozen
+class Scheme(ABC):
+    """Abstract explicit one-step scheme. Contract:
+
+    1. ``parts(model, sources)`` collects the parts and refuses, naming both, what cannot work together.
+    2. ``stages(parts)`` lists the stages of one transport step, only those that these parts need:
+       q_new = q - dt/dx net.
+    3. ``cfl`` is the Courant number that the time step aims at; a step above ``cfl_max`` is rejected and redone.
+    4. ``splitting`` says when sources act.
+    """
+
+    cfl: float
+    splitting: Splitting
+
+    @property
+    @abstractmethod
+    def cfl_max(self) -> float:
+        """Largest Courant number of an accepted step."""
+
+    @abstractmethod
+    def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
+        """Return the parts of this scheme for ``model``, or raise ValueError naming the pair that cannot work."""
+
+    @abstractmethod
+    def stages(self, parts: Parts) -> tuple[Stage, ...]:
+        """Return the stages of a step."""

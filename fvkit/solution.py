@@ -1,0 +1,117 @@
+"""`Solution`, its status and statistics."""
+
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from fvkit.grid import Grid
+from fvkit.model import Model
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+class Status(Enum):
+    """How a run ended; the value is the sentence."""
+
+    FINISHED = "the end time was reached"
+    MAX_STEPS = "the number of steps reached max_steps before the end time"
+    DT_TOO_SMALL = "the time step became too small: the speeds grow without bound"
+    NON_FINITE = "a state became infinite or not a number"
+    NEGATIVE_DEPTH = "a mass became negative"
+    INADMISSIBLE = "a state left what the model allows"
+    NONHYPERBOLIC = "the characteristic speeds became complex, and nonhyperbolic='raise' was asked for"
+
+
+@attrs.frozen
+class Stats:
+    """Statistics of a run.
+
+    Parameters
+    ----------
+    steps, rejected : accepted and rejected steps.
+    cell_updates : cells x (accepted + rejected steps).
+    seconds, compile_seconds : wall time of the stepping, and of compilation.
+    max_cfl : largest Courant number of an accepted step.
+    backend : the one that ran.
+    repaired_cells : cells whose negative mass was set to zero (never in silence).
+    nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
+    mass_drift : {mass: relative change that boundary fluxes do not explain}; relative to all mass where that
+        component starts at zero.
+    """
+
+    steps: int
+    rejected: int
+    cell_updates: int
+    seconds: float
+    compile_seconds: float
+    max_cfl: float
+    backend: str
+    repaired_cells: int
+    nonhyperbolic_faces: int
+    mass_drift: dict[str, float]
+
+    @property
+    def ns_per_cell_step(self) -> float:
+        """Wall time per cell and step, nanoseconds."""
+        return 1e9 * self.seconds / self.cell_updates if self.cell_updates else 0.0
+
+
+@attrs.frozen(eq=False)
+class Solution:
+    """States at the output times, with all that is needed to read them.
+
+    Parameters
+    ----------
+    t : (k,) times, s, the start first.
+    q : (k, num_eqn, num_cells) cell averages. A failed run ends with the last accepted state.
+    aux : {name: (num_cells,)}.
+    grid, model : where and what.
+    status : `Status`; ``success`` is ``status is Status.FINISHED``.
+    stats : `Stats`.
+    message : one sentence: how the run ended, and where if it failed.
+    """
+
+    t: np.ndarray
+    q: np.ndarray = attrs.field(repr=False)
+    aux: dict[str, np.ndarray] = attrs.field(repr=False)
+    grid: Grid
+    model: Model
+    status: Status
+    stats: Stats
+    message: str = ""
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status is Status.FINISHED
+
+    def observables(self, i: int = -1) -> dict[str, np.ndarray]:
+        """What a person looks at, {name: (num_cells,)}, at output ``i``."""
+        return self.model.observables(self.q[i], self.aux)
+
+    def plot(self, ax: "Axes | None" = None, i: int = -1) -> "Axes":
+        """Draw the state at output ``i``; returns the axes."""
+        from fvkit.plot import plot_state
+
+        return plot_state(self, ax, i)
+
+
+class SolveError(RuntimeError):
+    """A run that failed, with the partial solution.
+
+    Parameters
+    ----------
+    status : `Status`.
+    time, cell, x : when and where.
+    state : the offending state of that cell, (num_eqn,).
+    solution : the partial `Solution`; None when a `Stepper` was driven by hand.
+    """
+
+    def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int, names: tuple[str, ...]) -> None:
+        self.status, self.time, self.cell, self.x, self.state, self.step = status, time, cell, x, state, step
+        self.solution: Any = None
+        at = f" in cell {cell} (x = {x:.6g}): " + ", ".join(f"{n} = {v:.6g}" for n, v in zip(names, state, strict=True)) if cell >= 0 else ""
+        super().__init__(f"{status.value}, at t = {time:.8g}, step {step}{at}")

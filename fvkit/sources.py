@@ -1,0 +1,61 @@
+"""Sources and how they alternate with the transport step."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import attrs
+
+from fvkit.model import Model
+from fvkit.part import Part
+
+
+@attrs.frozen
+class Source(Part, ABC):
+    """Abstract source term S(q, x) that acts within a cell. Contract:
+
+    1. ``step(model, q, aux, dt)`` returns the state after dt under the source alone; pointwise. It is exact or
+       unconditionally stable, so a time step never depends on its strength, and it returns q for dt = 0.
+    2. ``rate(model, q, aux)`` returns dq/dt of the same source; pointwise. `fvkit.rhs` uses it.
+    3. ``check(model)`` raises ValueError, with the reason, for a model it cannot act on.
+    4. Masses are never touched.
+    """
+
+    def check(self, model: Model) -> None:
+        """Raise ValueError if this source cannot act on ``model``; accepts every model by default."""
+
+    @abstractmethod
+    def step(self, model, q, aux, dt):
+        """Return the state after a time dt under this source alone."""
+
+    @abstractmethod
+    def rate(self, model, q, aux):
+        """Return dq/dt due to this source."""
+
+
+@attrs.frozen
+class Splitting(ABC):
+    """Abstract splitting of a step of length dt into source and transport. Contract:
+
+    1. ``before`` and ``after`` are the shares of dt for which the sources act before and after the transport;
+       they add up to 1, and a share of 0 costs nothing.
+    2. Sources act in the given order before the transport and in reverse order after it.
+    """
+
+    before: ClassVar[float]
+    after: ClassVar[float]
+
+
+@attrs.frozen
+class Godunov(Splitting):
+    """Transport, then source: first order in time."""
+
+    before: ClassVar[float] = 0.0
+    after: ClassVar[float] = 1.0
+
+
+@attrs.frozen
+class Strang(Splitting):
+    """Half the source, transport, half the source: second order, first order where the source is stiff."""
+
+    before: ClassVar[float] = 0.5
+    after: ClassVar[float] = 0.5

@@ -1,0 +1,107 @@
+"""The reduced equilibrium model: one velocity, a density that travels with it."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit import Model
+from fvkit._validate import number
+from fvkit_granular.shallow_water import roe_velocity
+from fvkit_granular.states import bottom, broadcast, ratio
+
+
+@attrs.frozen
+class Reduced(Model):
+    """The limit of strong drag, vs = vf = v, q = (h, rho h, rho h v) with rho = phi + gamma (1 - phi), (5.1).
+
+    h_t + (h v)_x = 0,  (rho h)_t + (rho h v)_x = 0,
+    (rho h v)_t + (rho h v^2 + g/2 rho h^2)_x = -g rho h b_x.
+
+    Parameters
+    ----------
+    g : gravity, m/s^2, positive.
+    gamma : density ratio fluid/solid in (0, 1).
+
+    Notes
+    -----
+    From a two-phase state it takes v = (phi vs + gamma (1 - phi) vf)/rho, which keeps the momentum. The Roe matrix
+    has speeds v and v -/+ c with c^2 = g (h^ + kappa M^)/2, M = rho h, kappa the sqrt(M)-weighted mean of 1/rho and v
+    likewise; h^, M^ arithmetic means. It satisfies A^ dq = df exactly (derived here).
+
+    Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (5.1).
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ("h", "rho h", "rho h v")
+    aux: ClassVar[tuple[str, ...]] = ("b",)
+    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0, 1), 2),)
+
+    g: float = number(9.81, above=0.0)
+    gamma: float = number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
+
+    def flux(self, q):
+        h, mass, m = q
+        v = m / mass
+        return h * v, m, m * v + 0.5 * self.g * mass * h
+
+    def wave_speeds(self, q):
+        h, mass, m = q
+        v, a = m / mass, np.sqrt(self.g * h)
+        return v - a, v + a
+
+    def jump(self, ql, qr, auxl, auxr):
+        (hl, massl, ml), (hr, massr, mr) = ql, qr
+        vl, vr = ml / massl, mr / massr
+        h, mass = 0.5 * (hl + hr), 0.5 * (massl + massr)
+        dh, dmass = hr - hl, massr - massl
+        push = self.g * (mass * (dh + (auxr[0] - auxl[0])) + 0.5 * (h * dmass - mass * dh))
+        return hr * vr - hl * vl, mr - ml, mr * vr - ml * vl + push
+
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        db = auxr[0] - auxl[0]
+        rho = (ql[1] + qr[1]) / (ql[0] + qr[0])
+        return (qr[0] - ql[0]) + db, (qr[1] - ql[1]) + rho * db, qr[2] - ql[2]
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        h, mass, kappa, v = roe_mean(ql, qr)
+        c = np.sqrt(0.5 * self.g * (h + kappa * mass))
+        first, second, third = jump
+        contact = (first - kappa * second) / (h + kappa * mass)
+        both = second + mass * contact
+        right = 0.5 * (both + (third - v * second) / c)
+        left = both - right
+        s1, s3 = v - c, v + c
+        outer1, outer3 = (kappa * left, left, s1 * left), (kappa * right, right, s3 * right)
+        middle = (first - outer1[0] - outer3[0], second - outer1[1] - outer3[1], third - outer1[2] - outer3[2])
+        return (outer1, middle, outer3), (s1, v, s3)
+
+    def matrix_product(self, ql, qr, auxl, auxr, v):
+        h, mass, kappa, velocity = roe_mean(ql, qr)
+        drift = v[2] - velocity * v[1]
+        return (velocity * v[0] + kappa * drift, v[2],
+                0.5 * self.g * (mass * v[0] + h * v[1]) + velocity * (drift + v[2]))
+
+    def cross(self, ql, qr, auxl, auxr):
+        push = self.g * (qr[2] - ql[2]) * (auxr[0] - auxl[0])
+        return 0.0 * push, 0.0 * push, push
+
+    def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
+        """Return q (3, ...) from depth, solid fraction and velocities, keeping the momentum."""
+        h, phi, vs, vf = broadcast(h, phi, vs, vf)
+        solid, fluid = phi * h, self.gamma * (1.0 - phi) * h
+        return np.stack([h, solid + fluid, solid * vs + fluid * vf])
+
+    def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
+        """Return h, phi, v and the surface h + b."""
+        h, mass, m = q
+        phi = np.where(h > 0.0, (ratio(mass, h) - self.gamma) / (1.0 - self.gamma), 0.0)
+        return {"h": h, "phi": phi, "v": ratio(m, mass), "surface": h + bottom(aux, h)}
+
+
+def roe_mean(ql, qr):
+    """Return h^, M^ (arithmetic) and kappa, v (sqrt(M)-weighted means of h/M and of the velocity)."""
+    (hl, massl, ml), (hr, massr, mr) = ql, qr
+    rootl, rootr = np.sqrt(massl), np.sqrt(massr)
+    kappa = (hl / rootl + hr / rootr) / (rootl + rootr)
+    return 0.5 * (hl + hr), 0.5 * (massl + massr), kappa, roe_velocity(massl, ml, massr, mr)

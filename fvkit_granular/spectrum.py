@@ -1,0 +1,74 @@
+"""Characteristic speeds of the two-phase system: the quartic, its roots, and what they mean.
+
+Everything here is pointwise (scalars or arrays, branch-free) and shared by the Roe solver, the
+public eigenvalues, the hyperbolicity margin and the exact solutions, so the quartic stands once.
+
+With u = lambda - (vs + vf)/2 and d = (vs - vf)/2 the characteristic polynomial (4.1) is
+
+    P(u) = ((u - d)^2 - css) ((u + d)^2 - cff) - csf cfs,
+    css = g (hs + (1-gamma)/2 hf),  cff = cfs = g hf,  csf = g (1+gamma)/2 hs.
+"""
+
+import numpy as np
+
+from fvkit.pointwise import maximum
+
+#: Added under square roots and to products of wave speeds, so that a phase that is absent gives
+#: zero speed and not 0/0: far below the square of any speed that a scene can hold.
+FLOOR = 1e-150
+
+
+def couplings(hs, hf, g, gamma):
+    """Return css, cff, csf: the pressure entries of the quasi-linear matrix (3.6)."""
+    half = 0.5 * g
+    return g * hs + half * (1.0 - gamma) * hf, g * hf, half * (1.0 + gamma) * hs
+
+
+def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
+    """One Newton step for both outer roots (v1 = -u1) in the surrogate form, two divisions in all."""
+    e4, f4, e1, f1 = u4 - d + sc, u4 + d + sf, v1 + d + sc, v1 - d + sf
+    p4, p1 = e4 * f4, e1 * f1
+    both = 1.0 / (p4 * p1)
+    i4, i1 = both * p1, both * p4
+    w4, w1 = product * i4, product * i1
+    s4, s1 = np.sqrt(dp * dp + w4), np.sqrt(dm * dm + w1)
+    g4, g1 = 2.0 * s4 + w4 * (e4 + f4) * i4, 2.0 * s1 + w1 * (e1 + f1) * i1
+    both = 1.0 / (g4 * g1)
+    return u4 - (u4 - middle - s4) * 2.0 * s4 * (both * g1), v1 - (v1 - middle - s1) * 2.0 * s1 * (both * g4)
+
+
+def shifted_roots(hs, hf, vs, vf, g, gamma):
+    """Return u1, u4, mu, disc: the roots of (4.1) are vbar + (u1, mu -/+ sqrt(disc), u4).
+
+    The outer roots, always real, come from two Newton steps on v = M + sqrt(D^2 + K/(E F)) (well
+    conditioned where the system is strictly hyperbolic, also as phi tends to 0) and one on the
+    quartic; the inner pair by deflation. ``disc < 0`` means a complex inner pair.
+
+    Parameters
+    ----------
+    hs, hf : depths of solid and fluid, m, both positive.
+    vs, vf : velocities, m/s.
+    g, gamma : gravity, m/s^2, and density ratio in (0, 1).
+    """
+    css, cff, csf = couplings(hs, hf, g, gamma)
+    d = 0.5 * (vs - vf)
+    a2 = g * (hs + hf)
+    ab2 = 0.5 * g * (1.0 - gamma) * hf
+    dd = d * d
+    r = dd * dd - dd * (a2 + ab2) + a2 * ab2
+    sc, sf = np.sqrt(css), np.sqrt(cff)
+    product = csf * cff + FLOOR
+    middle, x, a = 0.5 * (sc + sf), 0.5 * (sc - sf), np.sqrt(a2)
+    dp, dm = d + x, x - d
+    u4, v1 = maximum(a, middle + np.abs(dp)), maximum(a, middle + np.abs(dm))
+    u4, v1 = _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product)
+    u4, v1 = _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product)
+    u1 = -v1
+    p2, q1 = -2.0 * dd - a2 - ab2, 2.0 * d * (cff - css)
+    x2, y2 = u4 * u4, u1 * u1
+    e, t = (4.0 * x2 + 2.0 * p2) * u4 + q1, (4.0 * y2 + 2.0 * p2) * u1 + q1
+    both = 1.0 / (e * t)
+    u4 = u4 - (((x2 + p2) * u4 + q1) * u4 + r) * (both * t)
+    u1 = u1 - (((y2 + p2) * u1 + q1) * u1 + r) * (both * e)
+    mu = -0.5 * (u1 + u4)
+    return u1, u4, mu, mu * mu - r / (u1 * u4)
