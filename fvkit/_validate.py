@@ -11,7 +11,7 @@ import numpy as np
 def real(value: Any, name: str, *, above: float | None = None, at_least: float | None = None,
          below: float | None = None, at_most: float | None = None, hint: str = "") -> float:
     """Return ``value`` as a finite float within the bounds, or raise naming ``name``."""
-    if isinstance(value, (str, bytes, bool, np.bool_)) or not np.isscalar(value) and np.ndim(value) != 0:
+    if isinstance(value, (str, bytes, bool, np.bool_)) or (not np.isscalar(value) and np.ndim(value) != 0):
         raise TypeError(f"`{name}` must be a number, got {value!r}{_after(hint)}")
     try:
         number = float(value)
@@ -70,12 +70,17 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
                      + (f", did you mean {nearest[0]}?" if nearest else ""))
 
 
-def number(default: Any = attrs.NOTHING, *, hint: str = "", **bounds: float) -> Any:
-    """Declare a float field of a part, validated against the bounds of `real`."""
-    def convert(value: Any, field: attrs.Attribute) -> float:
+def within(*, hint: str = "", **bounds: float) -> Any:
+    """Return the converter of a float field that keeps the bounds of `real`."""
+    def convert(value: Any, field: Any) -> float:
         return real(value, field.name, hint=hint, **bounds)
 
-    return attrs.field(default=default, converter=attrs.Converter(convert, takes_field=True))
+    return attrs.Converter(convert, takes_field=True)
+
+
+def number(default: float, *, hint: str = "", **bounds: float) -> Any:
+    """Declare a float field with a default, validated against the bounds of `real`."""
+    return attrs.field(default=default, converter=within(hint=hint, **bounds))
 
 
 def _after(hint: str) -> str:

@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 
-from fvkit._validate import number, whole
+from fvkit._validate import whole, within
 
 
 def _cells(value: object) -> int:
@@ -25,8 +25,8 @@ class Grid:
         If an end is not finite, the interval is empty or reversed, or ``num_cells`` is not a whole number.
     """
 
-    lower: float = number()
-    upper: float = number()
+    lower: float = attrs.field(converter=within())  # type: ignore[misc]
+    upper: float = attrs.field(converter=within())  # type: ignore[misc]
     num_cells: int = attrs.field(converter=_cells)
 
     def __attrs_post_init__(self) -> None:

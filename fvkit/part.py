@@ -1,6 +1,5 @@
 """`Part`: what every pluggable piece (model, solver, limiter, boundary, source) has in common."""
 
-from functools import cache
 from typing import Any
 
 import attrs
@@ -17,7 +16,8 @@ class Part:
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """Names of the numeric fields, in order."""
-        return _parameter_names(cls)
+        fields: Any = attrs.fields(cls)
+        return tuple(field.name for field in fields if field.type in (float, int, "float", "int"))
 
     def parameters(self) -> tuple[float, ...]:
         """Values of the numeric fields, in order."""
@@ -34,9 +34,3 @@ def default(method: Any) -> Any:
     """Mark a method of an abstract base as the default, so that `Part.defines` can tell."""
     method.is_default = True
     return method
-
-
-@cache
-def _parameter_names(cls: type) -> tuple[str, ...]:
-    fields: Any = attrs.fields(cls)
-    return tuple(field.name for field in fields if field.type in (float, int, "float", "int"))

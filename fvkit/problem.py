@@ -66,7 +66,7 @@ class Problem:
     model: Model = attrs.field()
     grid: Grid = attrs.field()
     initial: Callable[[np.ndarray], Any] | Any = attrs.field(repr=False)
-    t_end: float = _validate.number()
+    t_end: float = attrs.field(converter=_validate.within())  # type: ignore[misc]
     aux: Mapping[str, Any] = attrs.field(factory=dict, repr=False)
     boundary: Any = attrs.field(factory=Outflow, converter=_pair)
     sources: Any = attrs.field(default=(), converter=_sources)

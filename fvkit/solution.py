@@ -1,12 +1,15 @@
 """`Solution`, its status and statistics."""
 
+import json
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
 from fvkit.grid import Grid
+from fvkit.io import write_whole
 from fvkit.model import Model
 
 if TYPE_CHECKING:
@@ -92,6 +95,18 @@ class Solution:
         """What a person looks at, {name: (num_cells,)}, at output ``i``."""
         return self.model.observables(self.q[i], self.aux)
 
+    def save(self, path: str | Path) -> Path:
+        """Write times, states, aux values, grid and status to an ``.npz`` file; an existing file survives any failure."""
+        target = Path(path)
+        if target.suffix != ".npz":
+            raise ValueError(f"`path` must end in .npz, got {target.name!r}")
+        model = json.dumps({"name": type(self.model).__name__, "conserved": self.model.conserved,
+                            "parameters": dict(zip(self.model.parameter_names(), self.model.parameters(), strict=True))})
+        arrays: Any = {"t": self.t, "q": self.q, "x": self.grid.centers, "edges": self.grid.edges, "model": np.array(model),
+                  "status": np.array(self.status.name), "message": np.array(self.message),
+                  **{f"aux_{name}": values for name, values in self.aux.items()}}
+        return write_whole(target, lambda file: np.savez_compressed(file, **arrays))
+
     def plot(self, ax: "Axes | None" = None, i: int = -1) -> "Axes":
         """Draw the state at output ``i``; returns the axes."""
         from fvkit.plot import plot_state
@@ -110,8 +125,10 @@ class SolveError(RuntimeError):
     solution : the partial `Solution`; None when a `Stepper` was driven by hand.
     """
 
-    def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int, names: tuple[str, ...]) -> None:
+    def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int,
+                 names: tuple[str, ...]) -> None:
         self.status, self.time, self.cell, self.x, self.state, self.step = status, time, cell, x, state, step
         self.solution: Any = None
-        at = f" in cell {cell} (x = {x:.6g}): " + ", ".join(f"{n} = {v:.6g}" for n, v in zip(names, state, strict=True)) if cell >= 0 else ""
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True))
+        at = f" in cell {cell} (x = {x:.6g}): {values}" if cell >= 0 else ""
         super().__init__(f"{status.value}, at t = {time:.8g}, step {step}{at}")

@@ -18,10 +18,17 @@ class Source(Part, ABC):
     2. ``rate(model, q, aux)`` returns dq/dt of the same source; pointwise. `fvkit.rhs` uses it.
     3. ``check(model)`` raises ValueError, with the reason, for a model it cannot act on.
     4. Masses are never touched.
+    5. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
+       fewer than two, and a scene that is run with such a model leaves it out.
     """
 
+    between_phases: ClassVar[bool] = False
+
     def check(self, model: Model) -> None:
-        """Raise ValueError if this source cannot act on ``model``; accepts every model by default."""
+        """Raise ValueError, with the reason, if this source cannot act on ``model``."""
+        if self.between_phases and len(model.phases) < 2:
+            raise ValueError(f"{type(self).__name__} acts between two phases, {type(model).__name__} has one velocity: "
+                             "leave it out of `sources`")
 
     @abstractmethod
     def step(self, model, q, aux, dt):

@@ -130,7 +130,8 @@ class NumpyKernel:
     def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, tuple[int, Any]]:
         """Run all stages over the cells start .. start + n - 1; return the fields with the place of their first entry."""
         here = slice(start, start + n + 2 * self.halo)
-        fields: dict[str, tuple[int, Any]] = {"q": (-self.halo, tuple(q[:, here])), "aux": (-self.halo, tuple(self._aux[:, here]))}
+        fields: dict[str, tuple[int, Any]] = {name: (-self.halo, tuple(rows[:, here]))
+                                              for name, rows in (("q", q), ("aux", self._aux))}
         for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
             inputs = [_read(fields[field], offset, low, high, n)
                       for field, first, last in stage.reads for offset in range(first, last + 1)]
@@ -155,15 +156,16 @@ def _read(field: tuple[int, Any], offset: int, low: int, high: int, n: int) -> A
     return _cut(value, slice(low + offset - first, n + high + offset - first))
 
 
-def _cut(value: Any, here: slice) -> Any:
-    if type(value) is tuple:
-        return tuple([_cut(item, here) for item in value])
-    return value[here] if type(value) is np.ndarray and value.ndim else value
+def _cut(value: tuple[Any, ...], here: slice) -> tuple[Any, ...]:
+    """The same part of every array in nested tuples; scalars stay what they are."""
+    return tuple([(item[here] if item.ndim else item) if type(item) is np.ndarray
+                  else _cut(item, here) if type(item) is tuple else item for item in value])
 
 
 def _largest(speeds: tuple[Any, ...]) -> float:
     """Largest |speed|, NaN if any is."""
-    return float(np.max([max(np.max(s), -np.min(s)) for s in speeds]))
+    ends = [end for speed in speeds for end in (np.maximum.reduce(speed, None), -np.minimum.reduce(speed, None))]
+    return float(np.maximum.reduce(ends))
 
 
 def _lost_faces(parts: Parts) -> Callable[[Any, Any], Any] | None:

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import attrs
 
-from fvkit._validate import number
+from fvkit._validate import within
 from fvkit.model import Model
 
 
@@ -19,7 +19,7 @@ class Advection(Model):
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
 
-    speed: float = number()
+    speed: float = attrs.field(converter=within())  # type: ignore[misc]
 
     def flux(self, q):
         (u,) = q

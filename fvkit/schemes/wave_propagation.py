@@ -8,7 +8,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.limiters import MC, Limiter
 from fvkit.model import Model
-from fvkit.pointwise import add, combine, dot, scale, subtract, weighted, where
+from fvkit.pointwise import add, combine, dot, multiply, scale, subtract, weighted, where
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.sources import Source, Splitting, Strang
@@ -17,6 +17,7 @@ from fvkit.sources import Source, Splitting, Strang
 _TINY = float(np.finfo(float).tiny)
 
 _FACE = (Read("q", -1, 0), Read("aux", -1, 0))
+_BOTH = ("left_going", "right_going")
 _FLUCTUATIONS = (Read("left_going", 0, 0), Read("right_going", 0, 0))
 
 
@@ -85,19 +86,19 @@ class WavePropagation(Scheme):
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         riemann = self.riemann
-        second = self.order == 2
-        result = [Stage(fluctuations, _FACE, ("waves", "speeds", "left_going", "right_going"))]
+        result = [Stage(fluctuations, _FACE, ("waves", "speeds", "sides", *_BOTH))]
         if self.entropy_fix and riemann.eigenvectors:
-            result.append(Stage(entropy_viscosity, (*_FACE, Read("speeds", 0, 0), *_FLUCTUATIONS),
-                                ("left_going", "right_going"), guard=transonic))
-        if second:
-            waves = (Read("waves", -1, 1), Read("speeds", 0, 0), *_FLUCTUATIONS)
-            if riemann.eigenvectors:
-                result.append(Stage(eigenvector_correction, waves, ("left_going", "right_going")))
-            else:
-                result.append(Stage(matrix_correction, (*_FACE, *waves), ("left_going", "right_going")))
-        if second and self.cross_term and parts.model.defines("cross"):
-            result.append(Stage(cross_correction, (*_FACE, *_FLUCTUATIONS), ("left_going", "right_going")))
+            result.append(Stage(entropy_viscosity, (*_FACE, Read("speeds", 0, 0), *_FLUCTUATIONS), _BOTH, guard=transonic))
+        if self.order == 2:
+            limits = any(limiter.limits for limiter in parts.limiters)
+            if limits:
+                result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",)))
+            waves = (Read("waves", 0, 0), Read("speeds", 0, 0), Read("sides", 0, 0), *_FLUCTUATIONS,
+                     *((Read("overlaps", 0, 1),) if limits else ()))
+            correction = eigenvector_correction if riemann.eigenvectors else matrix_correction
+            result.append(Stage(correction, waves if riemann.eigenvectors else (*_FACE, *waves), _BOTH))
+            if self.cross_term and parts.model.defines("cross"):
+                result.append(Stage(cross_correction, (*_FACE, *_FLUCTUATIONS), _BOTH))
         result.append(Stage(net_fluctuation, (Read("right_going", 0, 0), Read("left_going", 1, 1)), ("net",)))
         return tuple(result)
 
@@ -106,18 +107,9 @@ def fluctuations(parts, ratio, ql, qr, auxl, auxr):
     """Split the jump of a face into what travels left and what travels right."""
     jump = parts.model.jump(ql, qr, auxl, auxr)
     waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
-    left = weighted(combine(-0.5, signs(speeds), 0.5, ones(speeds)), waves)
-    return waves, speeds, left, subtract(jump, left)
-
-
-def signs(speeds):
-    """Return the sign of every speed, 0 for a standing wave."""
-    return tuple(np.sign(s) for s in speeds)
-
-
-def ones(speeds):
-    """Return 1 for every speed."""
-    return tuple(1.0 for _ in speeds)
+    sides = tuple(0.5 * np.sign(speed) for speed in speeds)
+    left = weighted(tuple(0.5 - side for side in sides), waves)
+    return waves, speeds, sides, left, subtract(jump, left)
 
 
 def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
@@ -147,32 +139,36 @@ def harten(speed, width):
     return where(fixed, 0.5 * (size * size / opening + opening) - size, 0.0)
 
 
-def limited(limiters, ratio, before, waves, after, speeds):
-    """Return the limiter's factor of every wave from its upwind neighbour."""
+def projections(parts, ratio, before, waves):
+    """Return <Z_k of the face before, Z_k> for every wave family."""
+    return (tuple(dot(old, new) for old, new in zip(before, waves, strict=True)),)
+
+
+def limited(limiters, ratio, waves, speeds, overlaps):
+    """Return the limiter's factor of every wave; ``overlaps`` are its projections on both neighbours, none if unlimited."""
+    if not overlaps:
+        return tuple(1.0 for _ in waves)
     factors = []
-    for k, (wave, speed) in enumerate(zip(waves, speeds, strict=True)):
-        limiter = limiters[k if len(limiters) > 1 else 0]
-        if limiter.limits:
-            upwind = where(speed > 0.0, dot(before[k], wave), dot(after[k], wave))
-            factors.append(limiter.phi(upwind / (dot(wave, wave) + _TINY), np.abs(speed) * ratio))
-        else:
-            factors.append(1.0)
+    for k, (wave, speed, before, after) in enumerate(zip(waves, speeds, *overlaps, strict=True)):
+        theta = where(speed > 0.0, before, after) / (dot(wave, wave) + _TINY)
+        factors.append(limiters[k if len(limiters) > 1 else 0].phi(theta, np.abs(speed) * ratio))
     return tuple(factors)
 
 
-def eigenvector_correction(parts, ratio, before, waves, after, speeds, left, right):
+def eigenvector_correction(parts, ratio, waves, speeds, sides, left, right, *overlaps):
     """Add the correction flux of waves that are eigenvectors: 1/2 (sgn s - s dt/dx) Z~."""
-    factors = limited(parts.limiters, ratio, before, waves, after, speeds)
-    weights = tuple(0.5 * (np.sign(s) - ratio * s) * factor for s, factor in zip(speeds, factors, strict=True))
+    factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
+    weights = tuple((side - 0.5 * ratio * speed) * factor
+                    for side, speed, factor in zip(sides, speeds, factors, strict=True))
     flux = weighted(weights, waves)
     return add(left, flux), subtract(right, flux)
 
 
-def matrix_correction(parts, ratio, ql, qr, auxl, auxr, before, waves, after, speeds, left, right):
+def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, left, right, *overlaps):
     """Add the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
-    factors = limited(parts.limiters, ratio, before, waves, after, speeds)
-    upwinded = weighted(tuple(0.5 * np.sign(s) * factor for s, factor in zip(speeds, factors, strict=True)), waves)
-    kept = scale(ratio, weighted(factors, waves))
+    factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
+    kept = weighted(scale(ratio, factors), waves)
+    upwinded = weighted(multiply(sides, factors), waves)
     flux = combine(1.0, upwinded, -0.5, parts.model.matrix_product(ql, qr, auxl, auxr, kept))
     return add(left, flux), subtract(right, flux)
 

@@ -1,0 +1,69 @@
+"""The command ``fvkit``: parsing, exit codes and the sentences for mistakes. Commands come from plug-ins."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
+from typing import Any
+
+from fvkit import __version__
+from fvkit.solution import SolveError
+
+#: Exit codes.
+SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
+
+Command = Callable[[argparse.Namespace], int]
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser whose errors are one line on stderr."""
+
+    def error(self, message: str) -> Any:
+        self.exit(MISTAKE, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def add_command(commands: Any, name: str, run: Command, summary: str, example: str) -> Parser:
+    """Add a command with an example in its help; ``run`` returns the exit code."""
+    parser = commands.add_parser(name, help=summary, description=summary, epilog=f"example:\n  {example}",
+                                 formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.set_defaults(run=run)
+    return parser
+
+
+def build_parser() -> Parser:
+    """Return the parser with the commands of all installed plug-ins (entry points ``fvkit.commands``)."""
+    parser = Parser(prog="fvkit", description="Finite volumes for hyperbolic systems: run scenes, compare solvers.",
+                    epilog="example:\n  fvkit compare riemann", formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--version", action="version", version=f"fvkit {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, parser_class=Parser)
+    for plugin in sorted(entry_points(group="fvkit.commands"), key=lambda point: point.name):
+        plugin.load()(commands)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = build_parser()
+    try:
+        options = parser.parse_args(arguments)
+    except SystemExit as end:
+        return int(end.code or 0)
+    try:
+        return int(options.run(options))
+    except SolveError as error:
+        print(f"fvkit: {error}", file=sys.stderr)
+        return FAILED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except (ValueError, TypeError, OSError) as error:
+        print(f"fvkit: {' '.join(str(error).split())}", file=sys.stderr)
+        return MISTAKE
+    except KeyboardInterrupt:
+        print("fvkit: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

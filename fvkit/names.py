@@ -1,0 +1,28 @@
+"""Names of parts in reports, files and on the command line: ``VanLeer`` is ``van-leer``."""
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from fvkit.limiters import MC, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
+from fvkit.riemann import HLL, Roe, Rusanov
+
+
+def public_name(part: Any) -> str:
+    """Return the name of a part (instance or class); a tuple of parts joins theirs with ``+``."""
+    if isinstance(part, tuple):
+        return "+".join(dict.fromkeys(public_name(item) for item in part)) if len(set(part)) == 1 else \
+            "+".join(public_name(item) for item in part)
+    kind = part if isinstance(part, type) else type(part)
+    if kind is NoLimiter:
+        return "none"
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", "-", kind.__name__).lower()
+
+
+def by_name(kinds: Iterable[type]) -> dict[str, type]:
+    """Return {public name: class}."""
+    return {public_name(kind): kind for kind in kinds}
+
+
+RIEMANN = by_name((Roe, HLL, Rusanov))
+LIMITERS = by_name((NoLimiter, Minmod, MC, Superbee, VanLeer, ThirdOrder))

@@ -1,0 +1,204 @@
+"""`Report`: error against time for many runs of one scene, as a table, files and pictures."""
+
+import csv
+import io
+import json
+import math
+import os
+import platform
+from collections.abc import Mapping
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import attrs
+import numpy as np
+
+from fvkit.io import write_whole
+from fvkit.study.pictures import PICTURES, ROUNDING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Row = dict[str, Any]
+
+
+class Profile(NamedTuple):
+    """Observables at the end of one run, over x."""
+
+    x: np.ndarray
+    observables: dict[str, np.ndarray]
+
+
+def environment(*packages: str) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return (machine, versions) for a report."""
+    machine = {"processor": _processor(), "cores": os.cpu_count(), "system": platform.platform()}
+    versions = {"python": platform.python_version()}
+    for name in packages:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return machine, versions
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+@attrs.frozen(eq=False)
+class Report:
+    """What a comparison found.
+
+    Parameters
+    ----------
+    scene : name of the scene.
+    reference : {"kind": "exact" | "semi-exact" | "self-converged", "detail": sentence}.
+    rows : one dict per run; a run that failed is a row with its status.
+    machine, versions : where it was measured.
+    full_model : the model that the reference belongs to; errors of other models include a model error.
+    profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
+    bottom : (x, b) of the finest grid, None if flat.
+    """
+
+    scene: str
+    reference: dict[str, str]
+    rows: list[Row] = attrs.field(repr=lambda rows: f"<{len(rows)} runs>")
+    machine: dict[str, Any]
+    versions: dict[str, str]
+    full_model: str
+    profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
+    bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)
+
+    def series(self) -> dict[str, list[Row]]:
+        """Rows that differ only in their number of cells, {label: rows}; the label names only what varies."""
+        keys = ["model", "riemann"] + [key for key in ("limiter", "order") if len({row[key] for row in self.rows}) > 1]
+        result: dict[str, list[Row]] = {}
+        for row in self.rows:
+            result.setdefault(" ".join(f"order {row[key]}" if key == "order" else str(row[key]) for key in keys), []).append(row)
+        return result
+
+    def table(self) -> str:
+        """Return the report as text: a header, one line per run, notes and the verdict."""
+        observables = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
+        varied = [key for key in ("limiter", "order") if len({row[key] for row in self.rows}) > 1]
+        head = ["model", "riemann", *varied, "cells", "steps", "rej.", "ms", "ms min", "ns/cell"]
+        head += [text for name in observables for text in (f"L1 {name}", "ord.")] + ["mass drift", "status"]
+        body = [self._line(row, varied, observables) for row in self.rows]
+        widths = [max(len(line[k]) for line in [head, *body]) for k in range(len(head))]
+        fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in ("limiter", "order", "backend") if key not in varied)
+        text = [f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}", fixed, ""]
+        text += ["  ".join(cell.ljust(width) if k < 2 else cell.rjust(width)
+                           for k, (cell, width) in enumerate(zip(line, widths, strict=True))).rstrip()
+                 for line in [head, ["-" * width for width in widths], *body]]
+        others = sorted({row["model"] for row in self.rows} - {self.full_model})
+        text += ["", "L1 = integral of |error| over x, ord. = observed order; ms = median wall time of the stepping."]
+        if others:
+            text += [f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with the "
+                     "scheme's on top."]
+        text += ["Verdict: " + self.verdict()]
+        return "\n".join(text)
+
+    def _line(self, row: Row, varied: list[str], observables: list[str]) -> list[str]:
+        name = row["model"] + ("" if row["model"] == self.full_model else "*")
+        line = [name, row["riemann"], *(str(row[key]) for key in (*varied, "cells", "steps", "rejected")), f"{1e3 * row['seconds']:.2f}", f"{1e3 * row['seconds_min']:.2f}", f"{row['ns_per_cell_step']:.0f}"]
+        for observable in observables:
+            error, order = row["error"].get(observable), row["order_observed"].get(observable)
+            line += ["-" if error is None else f"{error:.2e}", "-" if order is None else f"{order:.2f}"]
+        drift = max((abs(value) for value in row["mass_drift"].values()), default=0.0)
+        return [*line, f"{drift:.0e}", row["status"]]
+
+    def verdict(self) -> str:
+        """Return one line: which solver of the full model is fastest at an error that all of them reach, and where others stop."""
+        full = {label: [row for row in rows if row["error"]] for label, rows in self.series().items()
+                if rows[0]["model"] == self.full_model}
+        full = {label: rows for label, rows in full.items() if rows}
+        if not full:
+            return "no run of the full model finished."
+        name = next(iter(next(iter(full.values()))[0]["error"]))
+        target = max(min(row["error"][name] for row in rows) for rows in full.values())
+        if target < ROUNDING:
+            return f"every finished solver of the full model keeps {name} to rounding ({target:.0e})."
+        times = {label: seconds for label, rows in full.items()
+                 if (seconds := time_to_reach(rows, name, target)) is not None}
+        best = min(times, key=lambda label: times[label])
+        slower = ", ".join(f"{label} x{times[label] / times[best]:.1f}" for label in sorted(times, key=lambda k: times[k])[1:])
+        text = f"at L1({name}) = {target:.1e}, {best} is fastest: {1e3 * times[best]:.1f} ms"
+        text += f" ({slower} the time)" if slower else ""
+        floors = {label: min(row["error"][name] for row in rows if row["error"]) for label, rows in self.series().items()
+                  if rows[0]["model"] != self.full_model and any(row["error"] for row in rows)}
+        above = [f"{label} stays at {floor:.1e}" for label, floor in floors.items() if floor > 1.05 * target]
+        reached = [f"{label} reaches it too" for label, floor in floors.items() if floor <= 1.05 * target]
+        return "; ".join([text, *above, *reached]) + "."
+
+    def plot(self) -> dict[str, "Figure"]:
+        """Return the three pictures, {name: figure}: error against time, error against cells, profiles."""
+        return {name: draw(self) for name, draw in PICTURES.items()}
+
+    def save(self, folder: str | Path) -> Path:
+        """Write report.json, report.csv and the pictures into ``folder``, which is made if missing."""
+        target = Path(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        write_whole(target / "report.json", lambda file: file.write(self.to_json().encode()))
+        write_whole(target / "report.csv", lambda file: file.write(self.to_csv().encode()))
+        for name, figure in self.plot().items():
+            write_whole(target / f"{name}.png", partial(figure.savefig, format="png", dpi=130))
+        return target
+
+    def to_json(self) -> str:
+        """Return the report as JSON text; what is not a number is null."""
+        document = {"scene": self.scene, "reference": self.reference, "machine": self.machine, "versions": self.versions,
+                    "rows": self.rows, "verdict": self.verdict()}
+        return json.dumps(_plain(document), indent=1, allow_nan=False)
+
+    def to_csv(self) -> str:
+        """Return the rows as CSV text, nested values as columns like ``error.h``."""
+        flat = [_flat(row) for row in self.rows]
+        columns = list(dict.fromkeys(key for row in flat for key in row))
+        buffer = io.StringIO()
+        writer = csv.DictWriter(buffer, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(flat)
+        return buffer.getvalue()
+
+
+def time_to_reach(rows: list[Row], observable: str, error: float) -> float | None:
+    """Return the seconds that a series needs for an error, interpolated in log-log; None where it never gets there."""
+    points = sorted((row["error"][observable], row["seconds"]) for row in rows)
+    errors, seconds = np.log([max(p[0], 1e-300) for p in points]), np.log([max(p[1], 1e-300) for p in points])
+    if math.log(error) < errors[0] - 1e-9:
+        return None
+    return float(np.exp(np.interp(math.log(error), errors, seconds)))
+
+
+def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:
+    """Return the observed order of each error between two rows of a series, None where there is none to speak of."""
+    result: dict[str, float | None] = {}
+    for name, error in row["error"].items():
+        result[name] = None
+        if before is not None and row["cells"] != before["cells"] and min(before["error"].get(name, 0.0), error) > ROUNDING:
+            result[name] = math.log(before["error"][name] / error) / math.log(row["cells"] / before["cells"])
+    return result
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in row.items():
+        result |= {f"{key}.{name}": item for name, item in value.items()} if isinstance(value, Mapping) else {key: value}
+    return result
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,120 @@
+"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``."""
+
+import argparse
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fvkit import WavePropagation, _validate, solve
+from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.io import write_whole
+from fvkit.names import LIMITERS, RIEMANN, by_name, public_name
+from fvkit.plot import new_axes
+from fvkit.solve import BACKENDS
+from fvkit_granular.compare import compare
+from fvkit_granular.reduced import Reduced
+from fvkit_granular.scenes import scene, scene_names
+from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.two_phase import TwoPhase
+
+MODELS = by_name((TwoPhase, Reduced, ShallowWater))
+
+
+def register(commands: Any) -> None:
+    """Add the commands to the parser of ``fvkit``."""
+    add_command(commands, "scenes", _scenes, "list the built-in scenes", "fvkit scenes")
+    run = add_command(commands, "run", _run, "run one scene with one model and solver",
+                      "fvkit run riemann --cells 800 --out result")
+    run.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
+    run.add_argument("--riemann", default="roe", help=f"one of {', '.join(RIEMANN)} (default roe)")
+    run.add_argument("--limiter", default="mc", help=f"one of {', '.join(LIMITERS)} (default mc)")
+    run.add_argument("--order", type=int, default=2, help="1 or 2 (default 2)")
+    run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
+    _common(run, "fvkit-run-SCENE")
+    study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
+                        "fvkit compare riemann --cells 100 200 400")
+    study.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    study.add_argument("--models", nargs="+", default=list(MODELS), metavar="M",
+                       help=f"any of {', '.join(MODELS)} (default: all)")
+    study.add_argument("--riemann", nargs="+", metavar="R",
+                       help=f"any of {', '.join(RIEMANN)} (default: all for two-phase, roe for others)")
+    study.add_argument("--limiter", nargs="+", default=["mc"], metavar="L",
+                       help=f"any of {', '.join(LIMITERS)} (default mc)")
+    study.add_argument("--order", nargs="+", type=int, default=[2], metavar="P", help="1, 2 or both (default 2)")
+    study.add_argument("--cells", nargs="+", type=int, default=[100, 200, 400, 800], metavar="N",
+                       help="numbers of cells (default 100 200 400 800)")
+    study.add_argument("--repeats", type=int, default=3, help="timed repeats of each run (default 3)")
+    _common(study, "fvkit-compare-SCENE")
+
+
+def _common(parser: argparse.ArgumentParser, folder: str) -> None:
+    parser.add_argument("--cfl", type=float, default=0.9, help="Courant number aimed at, in (0, 1] (default 0.9)")
+    parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
+    parser.add_argument("--out", type=Path, help=f"folder for the results (default {folder})")
+
+
+def _scenes(options: argparse.Namespace) -> int:
+    for name in scene_names():
+        print(f"{name:14s} {scene(name).description}")
+    return SUCCESS
+
+
+def _pick(names: list[str], argument: str, known: Mapping[str, type]) -> list[Any]:
+    return [known[_validate.choice(name, argument, known)] for name in names]
+
+
+def _run(options: argparse.Namespace) -> int:
+    chosen = scene(options.scene)
+    model, riemann, limiter = (_pick([getattr(options, name)], f"--{name}", known)[0]
+                               for name, known in (("model", MODELS), ("riemann", RIEMANN), ("limiter", LIMITERS)))
+    problem = chosen.problem(model, options.cells)
+    scheme = WavePropagation(riemann(), limiter=limiter(), order=options.order, cfl=options.cfl)
+    solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
+    folder = options.out or Path(f"fvkit-run-{options.scene}")
+    folder.mkdir(parents=True, exist_ok=True)
+    solution.save(folder / "solution.npz")
+    figure, axes = new_axes(width=8.0, height=4.5)
+    solution.plot(axes[0])
+    write_whole(folder / "profile.png", lambda file: figure.savefig(file, format="png", dpi=130))
+    stats = solution.stats
+    print(f"{options.scene}: {public_name(problem.model)}, {options.riemann}, order {options.order}, {options.cells} cells, "
+          f"{stats.backend}")
+    print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {chosen.t_end:g} s")
+    print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
+          f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
+    print("  mass drift " + ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())
+          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
+    reference = chosen.known_reference()
+    if solution.success and reference is not None:
+        wanted = problem.model.observables(reference.averages(problem.model, problem.grid, chosen.t_end), solution.aux)
+        found = solution.observables()
+        errors = {name: problem.grid.dx * float(np.abs(found[name] - wanted[name]).sum()) for name in found if name != "surface"}
+        print("  L1 error " + ", ".join(f"{name} {error:.3e}" for name, error in errors.items()) + f" ({reference.kind})")
+    print(f"  written to {folder}/: solution.npz, profile.png")
+    return SUCCESS if solution.success else FAILED
+
+
+def _compare(options: argparse.Namespace) -> int:
+    chosen = scene(options.scene)
+    models = _pick(options.models, "--models", MODELS)
+    riemann = None if options.riemann is None else [kind() for kind in _pick(options.riemann, "--riemann", RIEMANN)]
+    limiters = [kind() for kind in _pick(options.limiter, "--limiter", LIMITERS)]
+    terminal = sys.stderr.isatty()
+
+    def tell(line: str) -> None:
+        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+
+    report = compare(chosen, models, riemann, options.cells, limiters, options.order, options.repeats, cfl=options.cfl,
+                     backend=options.backend, progress=tell if terminal else None)
+    if terminal:
+        tell("")
+    folder = report.save(options.out or Path(f"fvkit-compare-{options.scene}"))
+    table = report.table().splitlines()
+    print("\n".join(table[:-1]))
+    print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
+    print(table[-1])
+    return SUCCESS if all(row["status"] == "finished" for row in report.rows) else FAILED

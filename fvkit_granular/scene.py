@@ -1,0 +1,148 @@
+"""`Scene`: physics without numerics, and the reference that it is measured against."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import Grid, Model, Outflow, Problem, Source, _validate
+from fvkit.quadrature import cell_averages
+from fvkit.solution import Solution
+
+#: The only kinds of reference.
+KINDS = ("exact", "semi-exact", "self-converged")
+
+Flow = Callable[[np.ndarray], Mapping[str, Any]]
+
+
+def conserved(model: Model, flow: Flow) -> Callable[[np.ndarray], np.ndarray]:
+    """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}."""
+    def values(x: np.ndarray) -> np.ndarray:
+        given = dict(flow(x))
+        unknown = [name for name in given if name not in ("h", "phi", "vs", "vf")]
+        if unknown or not {"h", "phi"} <= given.keys():
+            raise ValueError(f"a flow needs h and phi, and takes vs and vf (0 where missing); got {', '.join(given)}")
+        state = {"vs": 0.0, "vf": 0.0} | given
+        return model.conserved_from(*(np.broadcast_to(state[name], x.shape)  # type: ignore[attr-defined]
+                                      for name in ("h", "phi", "vs", "vf")))
+
+    return values
+
+
+def _kind(value: Any) -> Any:
+    return _validate.choice(value, "kind", KINDS)
+
+
+@attrs.frozen(eq=False)
+class Reference(ABC):
+    """Abstract reference solution. Contract:
+
+    1. ``kind`` is ``"exact"``, ``"semi-exact"`` (depends on a path) or ``"self-converged"``; ``detail`` is one sentence.
+    2. ``averages(model, grid, t)`` returns cell averages (num_eqn, num_cells) of what the flow is to ``model``.
+    """
+
+    kind: str = attrs.field(converter=_kind)
+    detail: str = ""
+
+    @abstractmethod
+    def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
+        """Return the reference as cell averages of the conserved quantities of ``model``."""
+
+
+@attrs.frozen(eq=False)
+class FunctionReference(Reference):
+    """A reference given as a function.
+
+    Parameters
+    ----------
+    kind : one of ``KINDS``.
+    detail : one sentence: which solution, how accurate.
+    at : (x, t) -> {h, phi, vs, vf}.
+    """
+
+    at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(kw_only=True, repr=False)
+
+    def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
+        values = conserved(model, lambda x: self.at(x, t))
+        return cell_averages(values, grid, len(model.conserved), "reference")
+
+
+@attrs.frozen(eq=False)
+class SelfConverged(Reference):
+    """The full model itself on a fine grid, averaged onto the cells of the coarse one.
+
+    Parameters
+    ----------
+    kind : ``"self-converged"``.
+    detail : one sentence: which scheme, how many cells.
+    solution : a solution whose observables include h, phi, vs, vf.
+    """
+
+    solution: Solution = attrs.field(kw_only=True, repr=False)
+
+    def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
+        fine = self.solution.grid
+        seen = self.solution.observables(int(np.argmin(np.abs(self.solution.t - t))))
+        q = model.conserved_from(*(seen[name] for name in ("h", "phi", "vs", "vf")))  # type: ignore[attr-defined]
+        integrals = np.concatenate([np.zeros((len(q), 1)), np.cumsum(q, axis=1) * fine.dx], axis=1)
+        return np.array([np.diff(np.interp(grid.edges, fine.edges, row)) / grid.dx for row in integrals])
+
+
+def _interval(value: Any) -> tuple[float, float]:
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise ValueError(f"`interval` must be a pair (lower, upper), got {value!r}")
+    return _validate.real(value[0], "interval[0]"), _validate.real(value[1], "interval[1]", above=float(value[0]))
+
+
+@attrs.frozen(eq=False)
+class Scene:
+    """A flow to be computed, in physical terms, for any of the models.
+
+    Parameters
+    ----------
+    interval : (lower, upper), m.
+    t_end : end time, s, positive.
+    initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing.
+    bottom : height b of the bottom, m: function of x, cell averages, or number.
+    boundary : one boundary condition, or (left, right).
+    sources : a source or a sequence of them. Drag is left out for models with one velocity.
+    g : gravity, m/s^2.
+    gamma : density ratio fluid/solid in (0, 1).
+    reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
+    name, description : for lists and reports; the description tells where the case comes from.
+    """
+
+    interval: tuple[float, float] = attrs.field(converter=_interval)
+    t_end: float = attrs.field(converter=_validate.within(above=0.0))  # type: ignore[misc]
+    initial: Flow = attrs.field(repr=False)
+    bottom: Any = attrs.field(default=0.0, repr=False)
+    boundary: Any = attrs.field(factory=Outflow)
+    sources: Any = ()
+    g: float = _validate.number(9.81, above=0.0)
+    gamma: float = _validate.number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
+    reference: Reference | Callable[["Scene"], Reference] | None = attrs.field(default=None, repr=False)
+    name: str = ""
+    description: str = ""
+
+    def model(self, model: Any) -> Model:
+        """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
+        if isinstance(model, type) and issubclass(model, Model):
+            return model(**{name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")})
+        return _validate.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
+
+    def problem(self, model: Any, cells: int) -> Problem:
+        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells."""
+        chosen = self.model(model)
+        given = self.sources if isinstance(self.sources, (tuple, list)) else (self.sources,)
+        sources = tuple(source for source in given
+                        if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
+        return Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial), self.t_end,
+                       aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+
+    def known_reference(self) -> Reference | None:
+        """Return the reference, made now if the scene only knows how to make it; None if there is none."""
+        if self.reference is None or isinstance(self.reference, Reference):
+            return self.reference
+        return self.reference(self)
