@@ -141,7 +141,8 @@ def _row(scene: Scene, run: _Run, solution: Solution, times: list[float], refere
             errors["error_max"][name] = float(difference.max())
     return {"model": public_name(run.model), "riemann": public_name(run.scheme.riemann),
             "limiter": public_name(run.scheme.limiter), "order": run.scheme.order, "backend": stats.backend,
-            "cells": run.cells, "steps": stats.steps, "rejected": stats.rejected, "seconds": median(times), "seconds_min": min(times),
+            "cells": run.cells, "steps": stats.steps, "rejected": stats.rejected,
+            "seconds": median(times), "seconds_min": min(times),
             "ns_per_cell_step": 1e9 * median(times) / max(stats.cell_updates, 1), **errors,
             "mass_drift": stats.mass_drift, "status": solution.status.name.lower()}
 

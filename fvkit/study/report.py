@@ -107,7 +107,8 @@ class Report:
 
     def _line(self, row: Row, varied: list[str], observables: list[str]) -> list[str]:
         name = row["model"] + ("" if row["model"] == self.full_model else "*")
-        line = [name, row["riemann"], *(str(row[key]) for key in (*varied, "cells", "steps", "rejected")), f"{1e3 * row['seconds']:.2f}", f"{1e3 * row['seconds_min']:.2f}", f"{row['ns_per_cell_step']:.0f}"]
+        line = [name, row["riemann"], *(str(row[key]) for key in (*varied, "cells", "steps", "rejected"))]
+        line += [f"{1e3 * row['seconds']:.2f}", f"{1e3 * row['seconds_min']:.2f}", f"{row['ns_per_cell_step']:.0f}"]
         for observable in observables:
             error, order = row["error"].get(observable), row["order_observed"].get(observable)
             line += ["-" if error is None else f"{error:.2e}", "-" if order is None else f"{order:.2f}"]
@@ -115,7 +116,7 @@ class Report:
         return [*line, f"{drift:.0e}", row["status"]]
 
     def verdict(self) -> str:
-        """Return one line: which solver of the full model is fastest at an error that all of them reach, and where others stop."""
+        """Return one line: which solver of the full model is fastest at an error that all reach, and where others stop."""
         full = {label: [row for row in rows if row["error"]] for label, rows in self.series().items()
                 if rows[0]["model"] == self.full_model}
         full = {label: rows for label, rows in full.items() if rows}

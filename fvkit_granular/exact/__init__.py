@@ -1,0 +1,56 @@
+"""Reference solutions: what a scheme must converge to, each with its kind and accuracy.
+
+| function | solves | kind | origin | accuracy |
+|---|---|---|---|---|
+| `shallow_water_riemann` | dam breaks, wet and dry, vacuum | exact | Stoker, Ritter | rounding |
+| `reduced_riemann` | Riemann problem of the reduced model | exact | derived here | rounding |
+| `two_phase_riemann` | Riemann problem of the full model | semi-exact (path) | derived here | 1e-10, path given |
+| `rarefaction_fans` | full model, fans in all four fields | exact | derived here | 1e-10 |
+| `simple_wave` | smooth wave until it breaks | exact | characteristics | 1e-12 |
+| `steady_flow`, `bernoulli_depth` | steady flow over a bottom | exact | Bernoulli | rounding |
+| `uniform_drag` | decay of the slip in a uniform state | exact | derived here | rounding |
+| `thacker_basin` | rocking plane in a parabolic basin | exact | Thacker | rounding |
+
+Single-velocity solutions are exact for the two-phase model too where phi is uniform and vs = vf: that set
+is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every result has ``kind`` and an
+``at`` that returns a dict of observables.
+"""
+
+from fvkit_granular.exact.drag import UniformDrag, uniform_drag
+from fvkit_granular.exact.fans import RarefactionFans, rarefaction_fans
+from fvkit_granular.exact.paths import PATHS
+from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
+from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
+from fvkit_granular.exact.simple_wave import SimpleWave, hump, simple_wave
+from fvkit_granular.exact.states import NoFourWaveSolution, TwoPhaseState, Wave
+from fvkit_granular.exact.steady import bernoulli_depth, critical_depth, steady_flow
+from fvkit_granular.exact.thacker import ThackerBasin, thacker_basin
+from fvkit_granular.exact.two_phase import TwoPhaseRiemann, TwoPhaseWave, two_phase_riemann
+
+__all__ = [
+    "PATHS",
+    "NoFourWaveSolution",
+    "RarefactionFans",
+    "ReducedRiemann",
+    "ReducedState",
+    "ShallowWaterRiemann",
+    "ShallowWaterState",
+    "SimpleWave",
+    "ThackerBasin",
+    "TwoPhaseRiemann",
+    "TwoPhaseState",
+    "TwoPhaseWave",
+    "UniformDrag",
+    "Wave",
+    "bernoulli_depth",
+    "critical_depth",
+    "hump",
+    "rarefaction_fans",
+    "reduced_riemann",
+    "shallow_water_riemann",
+    "simple_wave",
+    "steady_flow",
+    "thacker_basin",
+    "two_phase_riemann",
+    "uniform_drag",
+]

@@ -1,0 +1,114 @@
+"""The comparison and its report: columns, orders, failures as rows, files, verdict."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.study.report import Report, observed_orders, time_to_reach
+
+KEYS = ("model riemann limiter order backend cells steps rejected seconds seconds_min ns_per_cell_step error error_l2 error_max "
+        "order_observed mass_drift status").split()
+
+
+@pytest.fixture(scope="module")
+def report() -> Report:
+    return gr.compare(gr.scene("dam-break-phi"), cells=(50, 100), repeats=2)
+
+
+def test_rows_hold_every_promised_column(report):
+    assert [(row["model"], row["riemann"]) for row in report.rows[::2]] == [
+        ("two-phase", "roe"), ("two-phase", "hll"), ("two-phase", "rusanov"), ("reduced", "roe"), ("shallow-water", "roe")]
+    for row in report.rows:
+        assert set(KEYS) <= row.keys()
+        assert row["status"] == "finished"
+        assert 0.0 < row["seconds_min"] <= row["seconds"]
+        assert max(abs(drift) for drift in row["mass_drift"].values()) < 1e-13
+    assert set(report.rows[0]["error"]) == {"h", "phi", "vs", "vf", "v"}
+    assert set(report.rows[-1]["error"]) == {"h", "v"}
+
+
+def test_errors_are_integrals_of_the_difference_to_what_the_model_sees(report):
+    scene, row = gr.scene("dam-break-phi"), report.rows[1]
+    problem = scene.problem(gr.TwoPhase, 100)
+    solution = fv.solve(problem, fv.WavePropagation(fv.Roe()))
+    x, dx = problem.grid.centers, problem.grid.dx
+    wanted = scene.known_reference().at(x, 0.5)["h"]
+    assert row["error"]["h"] == pytest.approx(np.abs(solution.observables()["h"] - wanted).sum() * dx, rel=0.1)
+    assert row["error"]["h"] / 10.0 < row["error_l2"]["h"] < row["error_max"]["h"] * 10.0**0.5
+
+
+def test_model_errors_do_not_fall_with_the_grid_and_the_table_says_so(report):
+    assert report.rows[7]["error"]["h"] > 0.8 * report.rows[6]["error"]["h"]
+    assert report.rows[1]["error"]["h"] < 0.7 * report.rows[0]["error"]["h"]
+    text = report.table()
+    assert "reduced*" in text
+    assert "model error against the full model" in text
+    assert text.splitlines()[-1].startswith("Verdict: at L1(h) = ")
+    assert "is fastest" in text.splitlines()[-1]
+
+
+def test_observed_orders_follow_the_errors(report):
+    first, second = report.rows[:2]
+    assert first["order_observed"]["h"] is None
+    assert second["order_observed"]["h"] == pytest.approx(np.log2(first["error"]["h"] / second["error"]["h"]))
+    halved = {"cells": 50, "error": {"h": 4e-3}}, {"cells": 100, "error": {"h": 1e-3}}
+    assert observed_orders(*halved)["h"] == pytest.approx(2.0)
+    assert observed_orders({"cells": 50, "error": {"h": 4e-16}}, {"cells": 100, "error": {"h": 1e-16}})["h"] is None
+
+
+def test_time_to_reach_interpolates_and_never_extrapolates():
+    rows = [{"error": {"h": 1e-1}, "seconds": 1.0}, {"error": {"h": 1e-2}, "seconds": 100.0}]
+    assert time_to_reach(rows, "h", 10.0**-1.5) == pytest.approx(10.0)
+    assert time_to_reach(rows, "h", 1e-3) is None
+
+
+def test_files_are_complete_and_valid(report, tmp_path):
+    folder = report.save(tmp_path / "new" / "folder")
+    document = json.loads((folder / "report.json").read_text())
+    assert document["reference"]["kind"] == "semi-exact"
+    assert set(KEYS) <= document["rows"][0].keys()
+    assert document["machine"]["cores"] >= 1
+    assert document["versions"]["numpy"] == np.__version__
+    with (folder / "report.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    assert len(lines) == len(report.rows)
+    assert float(lines[1]["error.h"]) == report.rows[1]["error"]["h"]
+    pictures = sorted(folder.glob("*.png"))
+    assert [path.stem for path in pictures] == ["error_cells", "error_time", "profiles"]
+    assert all(path.read_bytes()[:4] == b"\x89PNG" and path.stat().st_size > 10_000 for path in pictures)
+    assert not list(folder.glob(".*"))
+
+
+def test_a_failed_run_is_a_row_with_its_status(tmp_path):
+    receding = gr.Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1e-3, 3.0), "phi": 0.5,
+                                                      "vs": np.where(x < 0, -20.0, 20.0), "vf": np.where(x < 0, -20.0, 20.0)})
+    report = gr.compare(receding, [gr.TwoPhase], [fv.Roe()], cells=(40,), repeats=1,
+                        reference=gr.FunctionReference("exact", "", at=lambda x, t: {"h": np.ones_like(x), "phi": 0.5}))
+    assert report.rows[0]["status"] in ("negative_depth", "non_finite", "dt_too_small")
+    assert report.rows[0]["error"] == {}
+    assert "no run of the full model finished" in report.table()
+    assert report.rows[0]["status"] in report.table()
+    report.save(tmp_path)
+
+
+def test_limiters_and_orders_become_series():
+    report = gr.compare(gr.scene("simple-wave"), [gr.ShallowWater], [fv.HLL()], (40,), [fv.MC(), fv.Superbee()], [1, 2], repeats=1)
+    assert list(report.series()) == [f"shallow-water hll {limiter} order {order}"
+                                     for limiter in ("mc", "superbee") for order in (1, 2)]
+
+
+@pytest.mark.parametrize(("settings", "word"), [({"cells": ()}, "cells"), ({"repeats": 0}, "repeats"), ({"cells": (10.5,)}, "cells"),
+                                                ({"order": 3}, "order"), ({"models": [gr.scene]}, "model")])
+def test_bad_input_is_refused_by_name(settings, word):
+    with pytest.raises((ValueError, TypeError), match=word):
+        gr.compare(gr.scene("rest"), **({"repeats": 1, "cells": (20,)} | settings))
+
+
+def test_rest_is_kept_to_rounding_and_the_verdict_says_so(tmp_path):
+    report = gr.compare(gr.scene("rest"), cells=(50,), repeats=1)
+    assert "to rounding" in report.verdict()
+    report.save(tmp_path)

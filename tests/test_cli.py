@@ -1,0 +1,89 @@
+"""The command line, run as a user runs it: output, files, exit codes, one line for a mistake."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fvkit
+
+COMMAND = Path(sys.executable).parent / "fvkit"
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(COMMAND), *arguments], capture_output=True, text=True, cwd=cwd, timeout=300)
+
+
+def test_compare_writes_everything_and_ends_with_a_verdict(tmp_path):
+    done = run("compare", "riemann", "--cells", "40", "80", "--repeats", "1", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1].startswith("Verdict:")
+    folder = tmp_path / "fvkit-compare-riemann"
+    assert {path.name for path in folder.iterdir()} == {"report.json", "report.csv", "error_time.png", "error_cells.png",
+                                                        "profiles.png"}
+    assert len(json.loads((folder / "report.json").read_text())["rows"]) == 10
+    assert done.stderr == ""
+
+
+def test_run_prints_a_summary_and_saves_the_solution(tmp_path):
+    done = run("run", "dam-break", "--cells", "50", "--riemann", "hll", "--model", "reduced", "--out", "here", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "L1 error h" in done.stdout
+    assert "(exact)" in done.stdout
+    with np.load(tmp_path / "here" / "solution.npz", allow_pickle=False) as data:
+        assert data["q"].shape == (2, 3, 50)
+        assert str(data["status"]) == "FINISHED"
+    assert (tmp_path / "here" / "profile.png").stat().st_size > 5000
+
+
+def test_a_run_that_fails_exits_1_and_still_writes(tmp_path, monkeypatch, capsys):
+    import fvkit_granular.scenes as scenes
+    from fvkit.cli import main
+    from fvkit_granular import Scene
+
+    def receding():
+        return Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1e-3, 3.0), "phi": 0.5,
+                                                   "vs": np.where(x < 0, -20.0, 20.0), "vf": np.where(x < 0, -20.0, 20.0)})
+
+    monkeypatch.setitem(scenes._SCENES, "receding", receding)
+    assert main(["run", "receding", "--out", str(tmp_path / "out")]) == 1
+    assert "step" in capsys.readouterr().out
+    assert (tmp_path / "out" / "solution.npz").exists()
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("compare", "riemannn"), ("riemannn", "did you mean riemann?", "dam-break-phi")),
+    (("compare", "rest", "--riemann", "roee"), ("--riemann", "roe, hll, rusanov", "did you mean roe?")),
+    (("run", "rest", "--limiter", "mcc"), ("--limiter", "did you mean mc?")),
+    (("run", "rest", "--cells", "0"), ("`num_cells` must be >= 1",)),
+    (("run", "rest", "--cells", "ten"), ("--cells", "ten")),
+    (("run", "rest", "--cfl", "2"), ("`cfl` must be finite and > 0 and <= 1",)),
+    (("run", "rest", "--order", "3"), ("`order` must be one of 1, 2",)),
+    (("run", "rest", "--out", "/proc/nowhere"), ("/proc/nowhere",)),
+    (("fly",), ("fly",)), ((), ("COMMAND",)),
+])
+def test_a_mistake_is_one_line_on_stderr_and_exit_code_2(arguments, words, tmp_path):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1
+    for word in words:
+        assert word in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("compare", "--help"), ("run", "--help"), ("scenes", "--help")])
+def test_help_has_an_example(arguments, tmp_path):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 0
+    assert "example:\n  fvkit " in done.stdout
+
+
+def test_version_and_scenes(tmp_path):
+    assert run("--version", cwd=tmp_path).stdout.strip() == f"fvkit {fvkit.__version__}"
+    listed = run("scenes", cwd=tmp_path)
+    assert listed.returncode == 0
+    assert {line.split()[0] for line in listed.stdout.splitlines()} >= {"riemann", "dam-break-phi", "phi-jump", "rest"}

@@ -1,0 +1,24 @@
+"""What README says is true: its code runs as printed."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+README = Path(__file__).parent.parent / "README.md"
+BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.mark.parametrize("code", BLOCKS, ids=["library", "model"])
+def test_code_of_the_readme_runs(code, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "block.py"
+    file.write_text(code)
+    exec(compile(code, str(file), "exec"), {"__name__": "__main__"})
+    assert "FINISHED" in capsys.readouterr().out or "steps, largest slip" in code
+
+
+def test_lengths_that_the_readme_promises():
+    library, model = (len([line for line in code.splitlines() if line.strip()]) for code in BLOCKS)
+    assert library <= 15
+    assert model <= 30
