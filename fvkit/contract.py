@@ -43,7 +43,10 @@ def read(part: type[Part], methods: tuple[str, ...], model: type[Part] | None = 
     seen: set[types.CodeType] = set()
     holders = {"self": part} | ({"model": model} if model is not None else {})
     for name in methods:
-        _examine(getattr(part, name), holders, f"{part.__name__}.", seen)
+        method = getattr(part, name)
+        if not isinstance(method, types.FunctionType) or hasattr(method, "__wrapped__"):
+            raise PointwiseError(f"{part.__name__}.{name}: must be a plain method, without decorator; got {method!r}")
+        _examine(method, holders, f"{part.__name__}.", seen)
 
 
 def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen: set[types.CodeType]) -> None:
@@ -82,11 +85,12 @@ def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen:
                 if isinstance(method, types.FunctionType):
                     _examine(method, {**holders, "self": holder}, f"{holder.__name__}.", seen)
         last_name = _loaded(operation, argument)
-    for name, value in _globals_of(function):
+    for name, value, read_at in _globals_of(function):
         if isinstance(value, types.FunctionType) and value.__module__.split(".")[0] != "numpy":
             if getattr(pointwise, value.__name__, None) is not value:
                 _examine(value, {key: holder for key, holder in holders.items() if key != "self"}, "", seen)
         elif not (isinstance(value, (*_CONSTANTS, types.ModuleType)) or callable(value)):
+            line = read_at
             refuse(f"the global {name} is a {type(value).__name__}; only numbers, tuples, functions and modules serve")
 
 
@@ -105,17 +109,19 @@ def _loaded(operation: str, argument: Any) -> str | None:
     return argument[-1] if isinstance(argument, tuple) else argument
 
 
-def _globals_of(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """What a function reads from its module and, one level down, from modules that it names."""
+def _globals_of(function: types.FunctionType) -> Iterator[tuple[str, Any, int]]:
+    """What a function reads, and in which line, from its module and, one level down, from modules that it names."""
     last: Any = None
+    line = function.__code__.co_firstlineno
     for instruction in dis.get_instructions(function.__code__):
         name = instruction.argval
+        line = (instruction.positions and instruction.positions.lineno) or line
         if instruction.opname == "LOAD_GLOBAL" and name in function.__globals__:
             last = function.__globals__[name]
-            yield name, last
+            yield name, last, line
         elif instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(last, types.ModuleType):
             last = getattr(last, name, None)
-            yield name, last
+            yield name, last, line
         else:
             last = None
 
@@ -126,27 +132,26 @@ def rehearse(part: Part, method: str, arguments: tuple[Any, ...], components: in
     Raises
     ------
     PointwiseError
-        If the result is no tuple, or has another number of components, or one of another shape.
+        If the result is no tuple, or has another number of components, or one of another shape, or if what it says of
+        a cell depends on the other cells.
     """
-    function = getattr(part, method)
-    with np.errstate(all="ignore"):
-        result = function(*arguments)
+    result = _run(part, method, arguments)
     verify(result, components, length, _where(part, method))
+    _verify_local(part, method, arguments, result, length)
     return result
 
 
 def rehearse_value(part: Part, method: str, arguments: tuple[Any, ...], length: int) -> None:
     """Like `rehearse` for a method that returns one value and no tuple."""
-    with np.errstate(all="ignore"):
-        result = getattr(part, method)(*arguments)
+    result = _run(part, method, arguments)
     verify((result,), 1, length, _where(part, method))
+    _verify_local(part, method, arguments, result, length)
 
 
 def rehearse_waves(part: Part, method: str, arguments: tuple[Any, ...], components: int, length: int) -> int:
     """Like `rehearse` for a method that returns (waves, speeds); return the number of waves."""
     where = _where(part, method)
-    with np.errstate(all="ignore"):
-        result = getattr(part, method)(*arguments)
+    result = _run(part, method, arguments)
     if not (isinstance(result, tuple) and len(result) == 2 and all(isinstance(item, tuple) for item in result)):
         raise PointwiseError(f"{where}: must return the pair (waves, speeds) of tuples, got {_describe(result)}")
     waves, speeds = result
@@ -155,7 +160,32 @@ def rehearse_waves(part: Part, method: str, arguments: tuple[Any, ...], componen
     verify(speeds, len(speeds), length, f"{where}, speeds")
     for k, wave in enumerate(waves):
         verify(wave, components, length, f"{where}, wave {k}")
+    _verify_local(part, method, arguments, result, length)
     return len(waves)
+
+
+def _run(part: Part, method: str, arguments: tuple[Any, ...]) -> Any:
+    with np.errstate(all="ignore"):
+        return getattr(part, method)(*arguments)
+
+
+def _verify_local(part: Part, method: str, arguments: tuple[Any, ...], result: Any, length: int) -> None:
+    """Refuse a method whose result in a cell changes when the first cell is taken away."""
+    alone = _run(part, method, tuple(_without_first(argument, length) for argument in arguments))
+    for once, again in zip(_leaves(_without_first(result, length)), _leaves(alone), strict=True):
+        if np.shape(once) != np.shape(again) or not np.allclose(once, again, rtol=1e-12, atol=0.0, equal_nan=True):
+            raise PointwiseError(f"{_where(part, method)}: what it returns for one cell depends on other cells; pointwise code "
+                                 "looks at its own cell alone (no sums, no extremes, no shifts)")
+
+
+def _without_first(value: Any, length: int) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_without_first(item, length) for item in value)
+    return value[1:] if np.shape(value) == (length,) else value
+
+
+def _leaves(value: Any) -> list[Any]:
+    return [leaf for item in value for leaf in _leaves(item)] if isinstance(value, tuple) else [value]
 
 
 def verify(result: Any, components: int, length: int, where: str) -> None:
@@ -166,6 +196,8 @@ def verify(result: Any, components: int, length: int, where: str) -> None:
     if len(result) != components:
         raise PointwiseError(f"{where}: returns {len(result)} components, {components} are needed")
     for k, component in enumerate(result):
+        if np.asarray(component).dtype.kind not in "fiub":
+            raise PointwiseError(f"{where}: component {k} must be a real number or an array of them, got {_describe(component)}")
         if np.shape(component) not in ((), (length,)):
             raise PointwiseError(f"{where}: component {k} has shape {np.shape(component)} for arguments of shape "
                                  f"({length},); pointwise code keeps the shape (no sums, no slices, no np.stack)")

@@ -71,8 +71,7 @@ class VanLeer(Limiter):
     """phi = (theta + |theta|)/(1 + |theta|): smooth in theta."""
 
     def phi(self, theta, nu):
-        size = np.abs(theta)
-        return (theta + size) / (1.0 + size)
+        return 2.0 * (maximum(0.0, theta) / (1.0 + np.abs(theta)))
 
 
 @attrs.frozen

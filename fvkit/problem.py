@@ -114,7 +114,10 @@ class Problem:
         """A few cells of the initial state, spread over the grid, to rehearse pointwise methods on: q, aux, count."""
         count = len(self.model.conserved) + 3
         cells = np.linspace(0, self.grid.num_cells - 1, count).astype(int)
-        return tuple(self.q0[:, cells]), tuple(row[cells] for row in aux_rows(self.model, self.aux_averages)), count
+        q, aux = self.q0[:, cells], [row[cells] for row in aux_rows(self.model, self.aux_averages)]
+        for row in (q, *aux):
+            row.flags.writeable = False
+        return tuple(q), tuple(aux), count
 
     def _check_contract(self) -> None:
         model, kind, rows = self.model, type(self.model), len(self.model.conserved)

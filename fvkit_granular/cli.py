@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from fvkit import WavePropagation, _validate, solve
+from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, RIEMANN, by_name, public_name
 from fvkit.plot import new_axes
-from fvkit.solve import BACKENDS
 from fvkit_granular.compare import compare
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.scenes import scene, scene_names

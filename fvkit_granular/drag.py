@@ -7,7 +7,7 @@ import numpy as np
 
 from fvkit import Source
 from fvkit._validate import within
-from fvkit_granular.slip import drag_rate, velocities_from_slip
+from fvkit_granular.slip import drag_rate, slip_momentum
 
 
 @attrs.frozen
@@ -30,10 +30,9 @@ class ConstantDrag(Source):
 
     def step(self, model, q, aux, dt):
         hs, ms, hf, mf = q
-        vs, vf = ms / hs, mf / hf
-        slip = (vf - vs) * np.exp(-self.D * dt * drag_rate(hs, hf, model.gamma))
-        vs, vf = velocities_from_slip(hs, hf, vs, vf, slip, model.gamma)
-        return hs, hs * vs, hf, hf * vf
+        lost = 1.0 - np.exp(-self.D * dt * drag_rate(hs, hf, model.gamma))
+        moved = lost * slip_momentum(hs, ms, hf, mf, model.gamma)
+        return hs, ms + model.gamma * moved, hf, mf - moved
 
     def rate(self, model, q, aux):
         hs, ms, hf, mf = q

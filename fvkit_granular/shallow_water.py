@@ -45,7 +45,7 @@ class ShallowWater(Model):
     def jump(self, ql, qr, auxl, auxr):
         (hl, ml), (hr, mr) = ql, qr
         surface = (hr - hl) + (auxr[0] - auxl[0])
-        return mr - ml, mr * mr / hr - ml * ml / hl + 0.5 * self.g * (hl + hr) * surface
+        return mr - ml, mr * (mr / hr) - ml * (ml / hl) + 0.5 * self.g * (hl + hr) * surface
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         return (qr[0] - ql[0]) + (auxr[0] - auxl[0]), qr[1] - ql[1]

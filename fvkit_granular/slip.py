@@ -42,6 +42,17 @@ def decayed_slip(w, t, k0, k1, m):
     return w * np.exp(-k0 * t) * (1.0 + k1 * np.abs(w) ** m * spent) ** (-1.0 / m)
 
 
+def slip_momentum(hs, ms, hf, mf, gamma):
+    """Return hs hf/(hs + gamma hf) (vf - vs): what the fluid must give away, and the solid get gamma times, for no slip.
+
+    Parameters
+    ----------
+    hs, ms, hf, mf : depth, m, and momentum h v, m^2/s, of solid and fluid.
+    gamma : density ratio in (0, 1).
+    """
+    return (mf * hs - ms * hf) / (hs + gamma * hf)
+
+
 def velocities_from_slip(hs, hf, vs, vf, w, gamma):
     """Return vs, vf with the slip w = vf - vs and the mixture momentum of the velocities given.
 

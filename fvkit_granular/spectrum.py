@@ -37,18 +37,23 @@ def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
     return u4 - (u4 - middle - s4) * 2.0 * s4 * (both * g1), v1 - (v1 - middle - s1) * 2.0 * s1 * (both * g4)
 
 
-def shifted_roots(hs, hf, vs, vf, g, gamma):
+def shifted_roots(hs, hf, vs, vf, g, gamma, polish=8):
     """Return u1, u4, mu, disc: the roots of (4.1) are vbar + (u1, mu -/+ sqrt(disc), u4).
 
     The outer roots, always real, come from two Newton steps on v = M + sqrt(D^2 + K/(E F)) (well
-    conditioned where the system is strictly hyperbolic, also as phi tends to 0) and one on the
+    conditioned where the system is strictly hyperbolic, also as phi tends to 0) and ``polish`` on the
     quartic; the inner pair by deflation. ``disc < 0`` means a complex inner pair.
+
+    One polish is enough to rounding where the system is strictly hyperbolic. With less than 5 % of one
+    phase and 2 a beta < |vs - vf| < 2 a an outer root nearly meets the inner pair; there one leaves up to
+    3e-3 a, eight reach 1e-9 a.
 
     Parameters
     ----------
     hs, hf : depths of solid and fluid, m, both positive.
     vs, vf : velocities, m/s.
     g, gamma : gravity, m/s^2, and density ratio in (0, 1).
+    polish : number of Newton steps on the quartic itself.
     """
     css, cff, csf = couplings(hs, hf, g, gamma)
     d = 0.5 * (vs - vf)
@@ -65,10 +70,11 @@ def shifted_roots(hs, hf, vs, vf, g, gamma):
     u4, v1 = _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product)
     u1 = -v1
     p2, q1 = -2.0 * dd - a2 - ab2, 2.0 * d * (cff - css)
-    x2, y2 = u4 * u4, u1 * u1
-    e, t = (4.0 * x2 + 2.0 * p2) * u4 + q1, (4.0 * y2 + 2.0 * p2) * u1 + q1
-    both = 1.0 / (e * t)
-    u4 = u4 - (((x2 + p2) * u4 + q1) * u4 + r) * (both * t)
-    u1 = u1 - (((y2 + p2) * u1 + q1) * u1 + r) * (both * e)
+    for _ in range(polish):
+        x2, y2 = u4 * u4, u1 * u1
+        e, t = (4.0 * x2 + 2.0 * p2) * u4 + q1, (4.0 * y2 + 2.0 * p2) * u1 + q1
+        both = 1.0 / (e * t)
+        u4 = u4 - (((x2 + p2) * u4 + q1) * u4 + r) * (both * t)
+        u1 = u1 - (((y2 + p2) * u1 + q1) * u1 + r) * (both * e)
     mu = -0.5 * (u1 + u4)
     return u1, u4, mu, mu * mu - r / (u1 * u4)

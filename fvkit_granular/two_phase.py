@@ -64,8 +64,8 @@ class TwoPhase(Model):
         hs, hf, dhs, dhf = 0.5 * (hsl + hsr), 0.5 * (hfl + hfr), hsr - hsl, hfr - hfl
         surface = (dhs + dhf) + (auxr[0] - auxl[0])
         push = self.g * (hs * surface + 0.5 * (1.0 - self.gamma) * (hf * dhs - hs * dhf))
-        return (msr - msl, msr * msr / hsr - msl * msl / hsl + push,
-                mfr - mfl, mfr * mfr / hfr - mfl * mfl / hfl + self.g * hf * surface)
+        return (msr - msl, msr * (msr / hsr) - msl * (msl / hsl) + push,
+                mfr - mfl, mfr * (mfr / hfr) - mfl * (mfl / hfl) + self.g * hf * surface)
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
@@ -76,7 +76,7 @@ class TwoPhase(Model):
     def decompose(self, ql, qr, auxl, auxr, jump):
         hs, vs, hf, vf = roe_mean(ql, qr)
         css, cff, csf = couplings(hs, hf, self.g, self.gamma)
-        u1, u4, mu, disc = shifted_roots(hs, hf, vs, vf, self.g, self.gamma)
+        u1, u4, mu, disc = shifted_roots(hs, hf, vs, vf, self.g, self.gamma, 1)
         a2 = self.g * (hs + hf)
         distinct = disc > DISTINCT * a2
         half_gap = np.sqrt(where(distinct, disc, a2))
@@ -86,11 +86,12 @@ class TwoPhase(Model):
         l2, l3 = where(distinct, middle + (mu - half_gap), middle + mu), where(distinct, middle + u3, middle + mu)
         f1, f2, f3, f4 = jump
         x0, y0 = f2 - 2.0 * vs * f1, f4 - 2.0 * vf * f3
-        spread = u4 - u1
-        below, above, inner = (u1 - mu) * (u1 - mu) - disc, (u4 - mu) * (u4 - mu) - disc, (u3 - u1) * (u3 - u4)
-        s1, t1 = project(-1.0 / (spread * below), u1, d, l1, f1, f3, x0, y0, css, cff, csf)
-        s4, t4 = project(1.0 / (spread * above), u4, d, l4, f1, f3, x0, y0, css, cff, csf)
-        s3, t3 = project(0.5 / (inner * half_gap), u3, d, l3, f1, f3, x0, y0, css, cff, csf)
+        e1, e4 = (u1 - u4) * ((u1 - mu) * (u1 - mu) - disc), (u4 - u1) * ((u4 - mu) * (u4 - mu) - disc)
+        e3 = where(distinct, 2.0 * (u3 - u1) * (u3 - u4) * half_gap, a2)
+        every = 1.0 / (e1 * e3 * e4)
+        s1, t1 = project(every * (e3 * e4), u1, d, l1, f1, f3, x0, y0, css, cff, csf)
+        s4, t4 = project(every * (e1 * e3), u4, d, l4, f1, f3, x0, y0, css, cff, csf)
+        s3, t3 = project(every * (e1 * e4), u3, d, l3, f1, f3, x0, y0, css, cff, csf)
         rest = (f1 - s1 - s4, f2 - l1 * s1 - l4 * s4, f3 - t1 - t4, f4 - l1 * t1 - l4 * t4)
         z3 = (where(distinct, s3, 0.5 * rest[0]), where(distinct, l3 * s3, 0.5 * rest[1]),
               where(distinct, t3, 0.5 * rest[2]), where(distinct, l3 * t3, 0.5 * rest[3]))

@@ -1,6 +1,44 @@
 """Backends: who runs the stages of a scheme."""
 
-from fvkit.backends.halo import Plan, plan
-from fvkit.backends.numpy_kernel import NumpyKernel, Transport
+import os
+import warnings
 
-__all__ = ["NumpyKernel", "Plan", "Transport", "plan"]
+from fvkit import _validate
+from fvkit.backends.base import Kernel, March, Outcome
+from fvkit.backends.numba_kernel import NumbaKernel, available
+from fvkit.backends.numpy_kernel import NumpyKernel
+from fvkit.backends.trace import Untraceable
+from fvkit.problem import Problem
+from fvkit.schemes.base import Parts, Scheme
+
+#: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
+BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
+
+__all__ = ["BACKENDS", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel"]
+
+
+def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts) -> Kernel:
+    """Return the kernel of a backend; ``"auto"`` compiles where numba is installed and the parts can be traced.
+
+    ``$FVKIT_BACKEND`` overrides ``"auto"``.
+
+    Raises
+    ------
+    ValueError
+        If ``"numba"`` is asked for and not installed.
+    Untraceable
+        If ``"numba"`` is asked for and a pointwise function needs whole arrays.
+    """
+    if backend == "auto":
+        backend = _validate.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
+    if backend == "numpy" or (backend == "auto" and not available()):
+        return NumpyKernel(problem, scheme, parts)
+    if not available():
+        raise ValueError("`backend` is 'numba', which is not installed: pip install 'fvkit[fast]', or backend='numpy'")
+    try:
+        return NumbaKernel(problem, scheme, parts)
+    except Untraceable as error:
+        if backend == "numba":
+            raise
+        warnings.warn(f"the NumPy backend is used: {error}", RuntimeWarning, stacklevel=4)
+        return NumpyKernel(problem, scheme, parts)

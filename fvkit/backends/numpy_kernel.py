@@ -1,97 +1,117 @@
 """The NumPy backend: every stage of a scheme on whole arrays, in chunks where they are long."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from fvkit.backends.halo import plan
-from fvkit.model import aux_rows
+from fvkit.backends.base import MAX_RETRIES, Kernel, March, Outcome
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
 #: Cells per chunk, and the number of cells above which the step is cut into chunks: temporaries then stay in cache.
 CHUNK, UNCHUNKED = 8192, 30_000
 
+Field = tuple[int, tuple[Any, ...]]
+
 
 class Transport(NamedTuple):
-    """What one transport step reports: the largest speed, mass fluxes through both ends, faces that lost hyperbolicity."""
+    """What a trial step reports: largest speed, mass fluxes through both ends, faces that lost hyperbolicity."""
 
     max_speed: float
     left_flux: np.ndarray
     right_flux: np.ndarray
-    nonhyperbolic: int
-    first_nonhyperbolic: int
+    lost: int
+    lost_face: int
 
 
-class NumpyKernel:
-    """Runs the stages of a scheme for one problem; owns no state but the aux values and its ranges.
+class NumpyKernel(Kernel):
+    """Runs the stages on whole arrays; the pointwise functions are called as they are."""
 
-    States are padded arrays (num_eqn, halo + num_cells + halo), made by `padded`.
-    """
-
-    name = "numpy"
-    compile_seconds = 0.0
+    name: ClassVar[str] = "numpy"
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
-        self.problem, self.parts = problem, parts
-        self.plan = plan(scheme.stages(parts))
-        self.halo, self.cells = self.plan.halo, problem.grid.num_cells
-        if self.cells < self.halo:
-            raise ValueError(f"`num_cells` must be >= {self.halo} for this scheme, got {self.cells}")
+        super().__init__(problem, scheme, parts)
         chunk = CHUNK if self.cells > UNCHUNKED else self.cells
         self._chunks = [(start, min(chunk, self.cells - start)) for start in range(0, self.cells, chunk)]
-        self._ghosts = [self._side(left=True), self._side(left=False)]
-        self._values: list[tuple[float, ...] | None] = [
-            side.values(problem.model, problem.t_start) if side.steady else None for side in problem.boundary]
-        self._closed = problem.boundary[0].reads == "opposite"
-        self._mass_rows = list(problem.model.mass_rows())
-        self._aux = self._padded_aux()
+        self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
+        self._steady = self.ghost_values(problem.t_start) if self.steady_boundary else None
+        self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
+        self._no_flux = np.zeros(len(self.mass_rows))
 
-    def padded(self, q: np.ndarray) -> np.ndarray:
-        """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
-        result = np.zeros((q.shape[0], self.cells + 2 * self.halo))
-        self.inside(result)[:] = q
-        return result
+    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
+        dx, scheme = self.problem.grid.dx, self.scheme
+        for _ in range(max_steps):
+            if march.t >= target:
+                break
+            last = march.dt >= (target - march.t) * (1.0 - 1e-12)
+            dt = target - march.t if last else march.dt
+            for _ in range(MAX_RETRIES):
+                if not last and march.t + dt == march.t:
+                    return Outcome.NO_STEP
+                report = self._trial(march, dt)
+                cfl = report.max_speed * dt / dx
+                if not np.isfinite(cfl):
+                    return Outcome.BAD_STATE
+                if cfl <= scheme.cfl_max:
+                    break
+                march.rejected += 1
+                dt = march.dt = dt * scheme.cfl / cfl
+                last = False
+            else:
+                return Outcome.NO_STEP
+            if not self._good(march.next):
+                return Outcome.BAD_STATE
+            if report.lost:
+                if not march.lost:
+                    march.lost_face, march.lost_time = report.lost_face, march.t
+                march.lost += report.lost
+                if march.stop_when_lost:
+                    return Outcome.LOST_HYPERBOLICITY
+            march.now, march.next = march.next, march.now
+            march.t = target if last else march.t + dt
+            march.steps += 1
+            march.max_cfl = max(march.max_cfl, cfl)
+            march.left_in += dt * report.left_flux
+            march.right_out += dt * report.right_flux
+            march.dt = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
+        return Outcome.REACHED if march.t >= target else Outcome.PAUSED
 
-    def inside(self, padded: np.ndarray) -> np.ndarray:
-        """View of the cells of the grid."""
-        return padded[:, self.halo:self.halo + self.cells]
+    def _trial(self, march: March, dt: float) -> Transport:
+        """Write the state after dt into ``march.next``."""
+        splitting, sources = self.scheme.splitting, self.problem.sources
+        self._fill_ghosts(march.now, march.t)
+        start = march.now
+        if sources and splitting.before > 0.0:
+            for source in sources:
+                self._act(source, start, self._work, splitting.before * dt)
+                start = self._work
+        report = self._transport(start, march.next, dt)
+        if splitting.after > 0.0:
+            for source in reversed(sources):
+                self._act(source, march.next, march.next, splitting.after * dt)
+        return report
 
-    def _side(self, left: bool) -> tuple[slice, slice | int]:
-        """Ghost cells of one side and the cells that they look at."""
-        halo, n = self.halo, self.cells
-        ghosts = slice(0, halo) if left else slice(halo + n, n + 2 * halo)
-        reads = self.problem.boundary[0 if left else 1].reads
-        if reads == "nearest":
-            seen = slice(halo, halo + 1) if left else slice(halo + n - 1, halo + n)
-        elif reads == "mirror":
-            seen = slice(2 * halo - 1, halo - 1, -1) if left else slice(halo + n - 1, n - 1, -1)
-        else:
-            seen = slice(n, n + halo) if left else slice(halo, 2 * halo)
-        return ghosts, seen
+    def _good(self, padded: np.ndarray) -> bool:
+        """Whether a state is finite, without negative masses, and admissible."""
+        q = self.inside(padded)
+        if not np.isfinite(q.sum()):
+            return False
+        if any(np.minimum.reduce(q[row]) < 0.0 for row in self.mass_rows):
+            return False
+        return not self.problem.model.defines("admissible") or bool(np.all(self.problem.model.admissible(tuple(q))))
 
-    def _padded_aux(self) -> np.ndarray:
-        rows = aux_rows(self.problem.model, self.problem.aux_averages)
-        result = self.padded(np.array(rows).reshape(len(rows), self.cells))
-        for ghosts, seen in self._ghosts:
-            result[:, ghosts] = result[:, seen]
-        return result
-
-    def fill_ghosts(self, q: np.ndarray, t: float) -> None:
-        """Set the ghost cells of a padded state at time t."""
+    def _fill_ghosts(self, q: np.ndarray, t: float) -> None:
         model = self.problem.model
-        for side, (ghosts, seen), values in zip(self.problem.boundary, self._ghosts, self._values, strict=True):
-            current = side.values(model, t) if values is None else values
-            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), current), strict=True):
+        given = self.ghost_values(t) if self._steady is None else self._steady
+        for side, (ghosts, seen), values in zip(self.problem.boundary, self._slices, given, strict=True):
+            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
                 row[ghosts] = component
 
-    def transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> Transport:
+    def _transport(self, q: np.ndarray, out: np.ndarray, dt: float) -> Transport:
         """Write into ``out`` the state after a transport step of length dt from the padded state ``q``."""
-        self.fill_ghosts(q, t)
-        ratio = dt / self.problem.grid.dx
-        speeds, count, first = [], 0, -1
-        lost = _lost_faces(self.parts)
+        ratio, last_cell = dt / self.problem.grid.dx, self.halo + self.cells - 1
+        speeds, lost, lost_face = [], 0, -1
+        left = right = self._no_flux
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
             here = slice(self.halo + start, self.halo + start + n)
@@ -99,39 +119,49 @@ class NumpyKernel:
                 np.multiply(net, -ratio, out=target[here])
                 target[here] += row[here]
             speeds.append(_largest(fields["speeds"][1]))
-            if start == 0:
-                left = self._end_flux(q, 0, fields, "right_going", 0, -1.0)
-            if start + n == self.cells:
-                right = self._end_flux(q, self.cells - 1, fields, "left_going", n, 1.0)
-            if lost is not None:
-                faces = np.flatnonzero(lost(_read(fields["q"], -1, 0, 1, n), _read(fields["q"], 0, 0, 1, n)))
-                faces = faces[: faces.size - (start + n < self.cells and faces.size > 0 and faces[-1] == n)]
-                first = start + int(faces[0]) if faces.size and first < 0 else first
-                count += faces.size
-        return Transport(max(speeds) if np.isfinite(speeds).all() else np.nan, left, right, count, first)
+            if self.mass_rows and not self.closed:
+                if start == 0:
+                    left = self._end_flux(q[:, self.halo], fields["right_going"], 0, -1.0)
+                if start + n == self.cells:
+                    right = self._end_flux(q[:, last_cell], fields["left_going"], n, 1.0)
+            faces = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
+            if len(faces):
+                lost_face = start + int(faces[0]) if not lost else lost_face
+                lost += len(faces)
+        return Transport(float(np.maximum.reduce(speeds)), left, right, lost, lost_face)
+
+    def _lost_faces(self, q: Field, n: int, closing: bool) -> Any:
+        """Faces of a chunk whose Roe mean has complex speeds; the last face belongs to the next chunk."""
+        model = self.problem.model
+        if not model.defines("hyperbolic_discriminant"):
+            return ()
+        ql, qr = _read(q, -1, 0, int(closing), n), _read(q, 0, 0, int(closing), n)
+        if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
+            return ()
+        return np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
 
     def rate(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Return dq/dt (num_eqn, num_cells) of the scheme in the limit dt -> 0, sources left out."""
-        self.fill_ghosts(q, t)
+        """Return dq/dt (num_eqn, num_cells) at the padded state q: the scheme in the limit dt -> 0, sources left out."""
+        self._fill_ghosts(q, t)
         result = np.empty((q.shape[0], self.cells))
         for start, n in self._chunks:
             for row, net in zip(result, self._run(q, start, n, 0.0)["net"][1], strict=True):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
-    def act(self, step: Callable[..., Any], q: np.ndarray, out: np.ndarray, dt: float) -> None:
-        """Write into ``out`` the cells of q after ``step(model, q, aux, dt)``, a source's pointwise step."""
-        for start, n in self._chunks:
-            here = slice(self.halo + start, self.halo + start + n)
-            result = step(self.problem.model, tuple(q[:, here]), tuple(self._aux[:, here]), dt)
+    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float) -> None:
+        """Write into ``out`` the padded state q after the source's pointwise step."""
+        width = q.shape[1]
+        for start in range(0, width, self._chunks[0][1] + 2 * self.halo):
+            here = slice(start, min(start + self._chunks[0][1] + 2 * self.halo, width))
+            result = source.step(self.problem.model, tuple(q[:, here]), tuple(self.aux[:, here]), dt)
             for row, component in zip(out, result, strict=True):
                 row[here] = component
 
-    def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, tuple[int, Any]]:
-        """Run all stages over the cells start .. start + n - 1; return the fields with the place of their first entry."""
+    def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, Field]:
+        """Run all stages over n cells from ``start``; return the fields, each with the place of its first entry."""
         here = slice(start, start + n + 2 * self.halo)
-        fields: dict[str, tuple[int, Any]] = {name: (-self.halo, tuple(rows[:, here]))
-                                              for name, rows in (("q", q), ("aux", self._aux))}
+        fields: dict[str, Field] = {name: (-self.halo, tuple(rows[:, here])) for name, rows in (("q", q), ("aux", self.aux))}
         for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
             inputs = [_read(fields[field], offset, low, high, n)
                       for field, first, last in stage.reads for offset in range(first, last + 1)]
@@ -140,17 +170,19 @@ class NumpyKernel:
                     fields[name] = (low, value)
         return fields
 
-    def _end_flux(self, q: np.ndarray, cell: int, fields: dict[str, tuple[int, Any]], name: str, face: int,
-                  sign: float) -> np.ndarray:
+    def _end_flux(self, q: np.ndarray, field: Field, face: int, sign: float) -> np.ndarray:
         """Mass fluxes through an end face: the flux of the cell inside and the fluctuation that enters it."""
-        if self._closed or not self._mass_rows:
-            return np.zeros(len(self._mass_rows))
-        flux = self.parts.model.flux(tuple(q[:, self.halo + cell]))
-        first, rows = fields[name]
-        return np.array([flux[row] + sign * rows[row][face - first] for row in self._mass_rows])
+        flux = self.problem.model.flux(tuple(q))
+        first, rows = field
+        return np.array([flux[row] + sign * rows[row][face - first] for row in self.mass_rows])
 
 
-def _read(field: tuple[int, Any], offset: int, low: int, high: int, n: int) -> Any:
+def _slice(cells: range) -> slice:
+    """The slice of the same cells; none of ours ends at index 0 going down."""
+    return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
+
+
+def _read(field: Field, offset: int, low: int, high: int, n: int) -> Any:
     """The part of a field that a stage covering low .. n + high - 1 sees at an offset."""
     first, value = field
     return _cut(value, slice(low + offset - first, n + high + offset - first))
@@ -166,17 +198,3 @@ def _largest(speeds: tuple[Any, ...]) -> float:
     """Largest |speed|, NaN if any is."""
     ends = [end for speed in speeds for end in (np.maximum.reduce(speed, None), -np.minimum.reduce(speed, None))]
     return float(np.maximum.reduce(ends))
-
-
-def _lost_faces(parts: Parts) -> Callable[[Any, Any], Any] | None:
-    """The function that tells which faces have complex speeds, None where the model does not say."""
-    model = parts.model
-    if not model.defines("hyperbolic_discriminant"):
-        return None
-
-    def lost(ql: Any, qr: Any) -> Any:
-        if model.defines("may_lose_hyperbolicity") and not np.any(model.may_lose_hyperbolicity(ql, qr)):
-            return ()
-        return model.hyperbolic_discriminant(ql, qr) < 0.0
-
-    return lost

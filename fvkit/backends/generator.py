@@ -1,0 +1,346 @@
+"""The kernel generator: stages become loops over tiles, straight enough for the compiler to vectorise.
+
+A tile of cells is copied into one scratch buffer, every field a row at a fixed offset; each group of stages is one loop
+from 0; the new cells are copied out. Rows are longer than a page, offsets are constants, nothing is indexed from below:
+each of these was measured to matter by a factor. Stages that cover the same range and read each other's fields only at
+offset 0 share a loop; a stage with a guard has its own, behind a test that the loop before it makes.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import attrs
+
+from fvkit.backends.halo import Plan
+from fvkit.backends.trace import Expr, Formatter, Graph, Untraceable, needed, with_symbols
+from fvkit.problem import Problem
+from fvkit.schemes.base import Parts, Scheme, Stage
+
+#: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
+TILE, SPARE = 509, 19
+
+#: Fields whose values the step itself needs after the stages.
+_KEPT = ("speeds", "left_going", "right_going")
+
+
+class Row(NamedTuple):
+    """A field component in the scratch buffer: entry 0 is place ``low``."""
+
+    number: int
+    low: int
+
+    def at(self, place: int) -> str:
+        """Text of the entry of loop variable j that stands for place j + ``place``."""
+        return f"buf[{self.number * (TILE + SPARE) + place - self.low} + j]"
+
+
+@attrs.frozen
+class Source:
+    """Generated text of a kernel and the sizes that go with it.
+
+    Parameters
+    ----------
+    text : module source with ``tile`` and ``ghosts``.
+    rows : rows of scratch.
+    """
+
+    text: str
+    rows: int
+
+
+class Generator:
+    """Builds the text of one kernel. Everything that varies without recompilation is an argument of it."""
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan) -> None:
+        self.problem, self.scheme, self.plan = problem, scheme, plan
+        self.lines: list[str] = []
+        self.graph = Graph()
+        self.formatter = Formatter()
+        self.rows = 0
+        self.names: list[str] = []
+        self.parts = Parts(self._symbolic(parts.model), self._symbolic(parts.riemann),
+                           tuple(self._symbolic(limiter) for limiter in parts.limiters),
+                           tuple(self._symbolic(source) for source in parts.sources))
+        self.boundary = tuple(self._symbolic(side) for side in problem.boundary)
+        self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
+        self.fields: dict[str, Any] = {}
+
+    def _symbolic(self, part: Any) -> Any:
+        def symbol() -> Expr:
+            self.names.append(f"par[{len(self.names)}]")
+            return self.graph.node("uniform", self.names[-1])
+
+        return with_symbols(part, symbol)
+
+    def emit(self, line: str, depth: int = 1) -> None:
+        """Append a line at a depth of indentation."""
+        self.lines.append("    " * depth + line)
+
+    def new_row(self, low: int) -> Row:
+        """Return a new row of scratch."""
+        self.rows += 1
+        return Row(self.rows - 1, low)
+
+    def load(self, row: Row, place: int) -> Expr:
+        """Return the symbol of a row's entry at loop variable + place."""
+        return self.graph.node("load", row.at(place))
+
+    # ------------------------------------------------------------------ groups of stages
+
+    def groups(self) -> list[tuple[tuple[int, int], list[Stage]]]:
+        """Consecutive stages that share a loop."""
+        result: list[tuple[tuple[int, int], list[Stage]]] = []
+        for stage, span in zip(self.plan.stages, self.plan.ranges, strict=True):
+            shares = bool(result) and result[-1][0] == span and stage.guard is None and result[-1][1][0].guard is None
+            if shares:
+                written = {name for earlier in result[-1][1] for name in earlier.writes}
+                shares = all(read.field not in written or read.first == read.last == 0 for read in stage.reads)
+            if shares:
+                result[-1][1].append(stage)
+            else:
+                result.append((span, [stage]))
+        return result
+
+    def inputs(self, stage: Stage, low: int, own: dict[str, Any]) -> list[Any]:
+        """Symbols for everything that a stage reads; ``own`` are values of this very loop."""
+        return [own[field] if field in own and offset == 0 else self.loaded(self.fields[field], low + offset)
+                for field, first, last in stage.reads for offset in range(first, last + 1)]
+
+    def loaded(self, value: Any, place: int) -> Any:
+        """Symbols for every row in nested tuples at loop variable + place; constants and uniform symbols stay."""
+        if isinstance(value, Row):
+            return self.load(value, place)
+        return tuple(self.loaded(item, place) for item in value) if isinstance(value, tuple) else value
+
+    def store(self, values: dict[str, Any], low: int, rows: dict[str, Any] | None = None) -> list[tuple[Row, Expr]]:
+        """Give rows to the values that vary from cell to cell; return what to write where."""
+        writes: list[tuple[Row, Expr]] = []
+        rewritten = {name for stage in self.plan.stages if stage.guard is not None for name in stage.writes}
+
+        def place(value: Any, row: Any = None) -> Any:
+            if isinstance(value, tuple):
+                return tuple(place(item, row[k] if row is not None else None) for k, item in enumerate(value))
+            if row is None and not forced and (not isinstance(value, Expr) or value.uniform):
+                return value
+            target = row if row is not None else self.new_row(low)
+            writes.append((target, value))
+            return target
+
+        for name, value in values.items():
+            forced = name in rewritten
+            self.fields[name] = place(value, None if rows is None else rows[name])
+        return writes
+
+    def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1) -> None:
+        """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value."""
+        varying = [node for node in needed([value for _, value in (*writes, *extra)]) if not node.uniform]
+        self.emit(f"for j in range({count}):", depth)
+        for node in varying:
+            right = node.arguments[0] if node.operation == "load" else self.formatter.text(node)
+            self.emit(f"{node.name} = {right}", depth + 1)
+        for line, value in extra:
+            self.emit(line.format(self.formatter.argument(value) if value is not None else ""), depth + 1)
+        for row, value in writes:
+            self.emit(f"{row.at(low)} = {self.formatter.argument(value)}", depth + 1)
+
+    # ------------------------------------------------------------------ the tile
+
+    def tile(self) -> list[str]:
+        """Text of ``tile``: one transport step of nt cells from c0, sources included.
+
+        It returns 1 where a new state is not acceptable, else 0; ``closing`` is 1 for the tile that owns the last face.
+        """
+        self.copy_in()
+        later = self.remaining_reads()
+        groups = self.groups()
+        for k, (span, stages) in enumerate(groups[:-1]):
+            self.stage_loop(span, stages, groups[k + 1][1][0], later[k], first=k == 0)
+        self.count_lost()
+        self.update(groups[-1])
+        body, self.lines = self.lines, []
+        self.emit("def tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
+        uniform = [node for node in self.graph.nodes if node.uniform]
+        for node in uniform:
+            right = node.arguments[0] if node.operation == "uniform" else self.formatter.text(node)
+            self.emit(f"{node.name} = {right}")
+        text, self.lines = self.lines + body, []
+        return text
+
+    def remaining_reads(self) -> list[set[str]]:
+        """For each group, the fields that groups after it read, or that the step itself needs."""
+        result, wanted = [], set(_KEPT[1:])
+        for _, stages in reversed(self.groups()):
+            result.append(set(wanted))
+            wanted |= {read.field for stage in stages for read in stage.reads}
+        return list(reversed(result))
+
+    def copy_in(self) -> None:
+        """Copy the tile's cells and halo into scratch, with the sources of the first share of the step."""
+        halo, model = self.plan.halo, self.problem.model
+        width = f"nt + {2 * halo}"
+        for name, rows in (("q", len(model.conserved)), ("aux", len(model.aux))):
+            self.fields[name] = tuple(self.new_row(-halo) for _ in range(rows))
+            for k, row in enumerate(self.fields[name]):
+                self.emit(f"src = {name}[{k}, c0:c0 + {width}]")
+                self.emit(f"for j in range({width}):")
+                self.emit(f"{row.at(-halo)} = src[j]", 2)
+        if self.parts.sources and self.scheme.splitting.before > 0.0:
+            q, aux = (tuple(self.load(row, -halo) for row in self.fields[name]) for name in ("q", "aux"))
+            state = self.act(q, aux, self.before, self.parts.sources)
+            self.loop(width, list(zip(self.fields["q"], state, strict=True)), -halo, [])
+
+    def act(self, q: Any, aux: Any, dt: Expr, sources: tuple[Any, ...]) -> Any:
+        """Symbols of a state after the steps of the sources."""
+        for source in sources:
+            q = source.step(self.parts.model, q, aux, dt)
+        return q
+
+    def stage_loop(self, span: tuple[int, int], stages: list[Stage], following: Stage, later: set[str],
+                   first: bool) -> None:
+        """The loop of a group, and the test for a guarded stage that follows it."""
+        (low, high), guarded = span, stages[0].guard is not None
+        own: dict[str, Any] = {}
+        for stage in stages:
+            inputs = self.inputs(stage, low, own)
+            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True))
+        if guarded:
+            self.emit("if hit != 0:")
+        extra: list[tuple[str, Any]] = []
+        for speed in own.get("speeds", ()):
+            size = abs(speed) if isinstance(speed, Expr) else float(abs(speed))
+            extra.append(("sm = {0} if {0} > sm else sm", size))
+        if extra:
+            extra = [("sm = smx[j]", None), *extra, ("smx[j] = sm", None)]
+        if following.guard is not None:
+            if guarded:
+                raise Untraceable("a guarded stage must follow one without guard")
+            condition = following.guard(self.parts, self.ratio, *self.inputs(following, low, own))
+            self.emit("hit = 0")
+            extra.append(("hit = hit | (1 if {} else 0)", condition))
+        if first and self.problem.model.defines("hyperbolic_discriminant"):
+            self.emit("doubt = 0")
+            extra.append(("doubt = doubt | (1 if {} else 0)", self.suspect(*self.face(low))))
+        kept = {name: value for name, value in own.items() if name in later}
+        writes = self.store(kept, low, self.fields if guarded else None)
+        self.loop(f"nt + {high - low}", writes, low, extra, 2 if guarded else 1)
+
+    def face(self, place: int) -> tuple[Any, Any]:
+        """Symbols of the states on both sides of the face at loop variable + place."""
+        left, right = (tuple(self.load(row, place + offset) for row in self.fields["q"]) for offset in (-1, 0))
+        return left, right
+
+    def suspect(self, ql: Any, qr: Any) -> Any:
+        """Symbol of whether a face may have lost hyperbolicity, so that it is worth counting."""
+        return self.parts.model.may_lose_hyperbolicity(ql, qr) if self.problem.model.defines("may_lose_hyperbolicity") else True
+
+    def count_lost(self) -> None:
+        """Count the faces with complex speeds, and keep the first, where the first loop saw reason to doubt."""
+        if not self.problem.model.defines("hyperbolic_discriminant"):
+            return
+        self.emit("if doubt != 0:")
+        self.loop("nt + closing", [], 0, [
+            ("if {} < 0.0:", self.parts.model.hyperbolic_discriminant(*self.face(0))), ("    found[0] += 1", None),
+            ("    if found[1] < 0:", None), ("        found[1] = c0 + j", None)], depth=2)
+
+    def update(self, group: tuple[tuple[int, int], list[Stage]]) -> None:
+        """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""
+        (low, _), stages = group
+        own: dict[str, Any] = {}
+        for stage in stages:
+            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own)), strict=True))
+        q, aux = (tuple(self.load(row, low) for row in self.fields[name]) for name in ("q", "aux"))
+        new = tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
+        if self.scheme.splitting.after > 0.0:
+            new = self.act(new, aux, self.after, self.parts.sources[::-1])
+        rows = tuple(self.new_row(0) for _ in new)
+        self.emit("bad = 0")
+        self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | (0 if {} else 1)", self.good(new))])
+        for k, row in enumerate(rows):
+            self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
+            self.emit("for j in range(nt):")
+            self.emit(f"dst[j] = {row.at(0)}", 2)
+        self.end_fluxes()
+        self.emit("return bad")
+
+    def good(self, q: Any) -> Any:
+        """Symbol of whether a state may be accepted."""
+        total = q[0]
+        for component in q[1:]:
+            total = total + component
+        result = self.graph.node("isfinite", total)
+        for row in self.problem.model.mass_rows():
+            result = result & (q[row] >= 0.0)
+        if self.problem.model.defines("admissible"):
+            result = result & self.parts.model.admissible(q)
+        return result
+
+    def end_fluxes(self) -> None:
+        """Leave the mass fluxes of the tile's first and last face in ``ends``."""
+        rows = self.problem.model.mass_rows()
+        if not rows or self.problem.boundary[0].reads == "opposite":
+            return
+        for k, (cell, face, field, sign) in enumerate((("0", "0", "right_going", "-"), ("nt - 1", "nt", "left_going", "+"))):
+            flux = self.parts.model.flux(tuple(self.load(row, 0) for row in self.fields["q"]))
+            self.emit(f"j = {cell}")
+            nodes = [node for node in needed([flux[row] for row in rows]) if not node.uniform]
+            for node in nodes:
+                self.emit(f"{node.name} = {node.arguments[0] if node.operation == 'load' else self.formatter.text(node)}")
+            self.emit(f"j = {face}")
+            for position, row in enumerate(rows):
+                target = self.fields[field][row]
+                fluctuation = target.at(0) if isinstance(target, Row) else self.formatter.argument(target)
+                self.emit(f"ends[{k}, {position}] = {self.formatter.argument(flux[row])} {sign} {fluctuation}")
+
+    # ------------------------------------------------------------------ boundaries
+
+    def ghosts(self) -> list[str]:
+        """Text of ``ghosts``: fill the ghost cells of a padded state; ``values`` holds what the boundaries give."""
+        halo, model = self.plan.halo, self.problem.model
+        self.emit("def ghosts(q, n, par, values):", 0)
+        for side, part in enumerate(self.boundary):
+            left = side == 0
+            given = part.values(model, self.problem.t_start)
+            symbols = tuple(self.graph.node("uniform", f"values[{side}, {k}]") for k in range(len(given)))
+            for layer in range(halo):
+                cell = {"opposite": f"n + {layer}" if left else f"{halo + layer}",
+                        "mirror": f"{2 * halo - 1 - layer}" if left else f"n + {halo - 1 - layer}",
+                        "nearest": f"{halo}" if left else f"n + {halo - 1}"}[part.reads]
+                state = tuple(self.graph.node("load", f"q[{k}, {cell}]") for k in range(len(model.conserved)))
+                result = part.ghost(self.parts.model, state, symbols)
+                for node in needed(list(result)):
+                    right = node.arguments[0] if node.operation in ("load", "uniform") else self.formatter.text(node)
+                    self.emit(f"{node.name} = {right}")
+                for k, value in enumerate(result):
+                    self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {self.formatter.argument(value)}")
+        self.emit("return")
+        text, self.lines = self.lines, []
+        return text
+
+
+def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan) -> Source:
+    """Return the text of the kernel's own part: ``tile`` and ``ghosts``.
+
+    Raises
+    ------
+    Untraceable
+        With the method, file and line of the pointwise code that only whole arrays can run.
+    """
+    generator = Generator(problem, scheme, parts, plan)
+    tile = _located(generator.tile)
+    ghosts = _located(generator.ghosts)
+    return Source("\n".join([*tile, "", "", *ghosts, ""]), generator.rows)
+
+
+def _located(build: Callable[[], list[str]]) -> list[str]:
+    """Run a part of the generator; name method, file and line where pointwise code cannot be traced."""
+    try:
+        return build()
+    except Untraceable as error:
+        trace, frames = error.__traceback__, []
+        while trace is not None:
+            frames.append((trace.tb_frame.f_code, trace.tb_lineno))
+            trace = trace.tb_next
+        users = [(code, line) for code, line in frames if "/fvkit/backends/" not in code.co_filename.replace("\\", "/")]
+        code, line = users[-1] if users else frames[-1]
+        raise Untraceable(f"{code.co_qualname} ({code.co_filename}:{line}): {error}; "
+                          'backend="numpy" runs it as it is') from None

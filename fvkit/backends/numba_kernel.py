@@ -1,0 +1,140 @@
+"""The compiled backend: generated kernels under numba, cached on disk by their content."""
+
+import sys
+import threading
+import time
+import types
+import warnings
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fvkit.backends import cache
+from fvkit.backends.base import MAX_RETRIES, Kernel, March, Outcome
+from fvkit.backends.driver import DRIVER, EXP
+from fvkit.backends.generator import SPARE, TILE, generate
+from fvkit.problem import Problem
+from fvkit.schemes.base import Parts, Scheme
+
+#: Compiler options of every kernel. Contraction alone: NaN and infinity must keep their meaning.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+
+#: Seconds after which a compilation is announced.
+ANNOUNCE_AFTER = 1.0
+
+_HEADER = "from math import *\n\nimport numpy as np\n"
+
+
+def available() -> bool:
+    """Whether numba is installed; does not import it."""
+    return find_spec("numba") is not None
+
+
+class NumbaKernel(Kernel):
+    """Runs steps in compiled code; new parameter values never recompile.
+
+    Raises
+    ------
+    fvkit.backends.trace.Untraceable
+        If a pointwise function does what only whole arrays can do, naming method, file and line.
+    """
+
+    name: ClassVar[str] = "numba"
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
+        super().__init__(problem, scheme, parts)
+        source = generate(problem, scheme, parts, self.plan)
+        self._module, self.compile_seconds = _module(_text(source.text, self.plan.halo))
+        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *problem.boundary)
+        self._parameters = np.array([value for part in every for value in part.parameters()], dtype=float)
+        masses = max(len(self.mass_rows), 1)
+        row = TILE + SPARE
+        self._scratch = np.zeros(source.rows * row), np.zeros(row), np.zeros((2, masses)), np.zeros((2, masses))
+        self._steady = self._boundary_values(problem.t_start)
+
+    def _boundary_values(self, t: float) -> np.ndarray:
+        given = self.ghost_values(t)
+        result = np.zeros((2, max(1, *(len(values) for values in given))))
+        for row, values in zip(result, given, strict=True):
+            row[:len(values)] = values
+        return result
+
+    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
+        if self.steady_boundary:
+            return self._advance(march, target, max_steps, self._steady)
+        for _ in range(max_steps):
+            outcome = self._advance(march, target, 1, self._boundary_values(march.t))
+            if outcome is not Outcome.PAUSED:
+                return outcome
+        return Outcome.PAUSED
+
+    def _advance(self, march: March, target: float, max_steps: int, values: np.ndarray) -> Outcome:
+        scheme, splitting = self.scheme, self.scheme.splitting
+        real = np.array([march.t, march.dt, march.max_cfl, march.lost_time])
+        count = np.array([march.steps, march.rejected, march.lost, march.lost_face, 0])
+        sums = np.zeros((2, self._scratch[2].shape[1]))
+        outcome = self._module.advance(
+            march.now, march.next, self.aux, self.cells, self.problem.grid.dx, target, max_steps, MAX_RETRIES, scheme.cfl,
+            scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, self._parameters, values,
+            *self._scratch, sums, real, count, np.zeros(2, dtype=np.int64))
+        march.t, march.dt, march.max_cfl, march.lost_time = (float(value) for value in real)
+        march.steps, march.rejected, march.lost, march.lost_face, swaps = (int(value) for value in count)
+        if swaps % 2:
+            march.now, march.next = march.next, march.now
+        march.left_in += sums[0, :len(self.mass_rows)]
+        march.right_out += sums[1, :len(self.mass_rows)]
+        return Outcome(outcome)
+
+
+def _text(own: str, halo: int) -> str:
+    """The whole module: constants, the kernel's own functions, the time loop."""
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, **{outcome.name: int(outcome) for outcome in Outcome}}
+    lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
+    return f"{_HEADER}\n{lines}\n{EXP if ' exp(' in own else ''}\n\n{own}\n{DRIVER}"
+
+
+@lru_cache(maxsize=256)
+def _module(text: str) -> tuple[Any, float]:
+    """Return the compiled module of a text and the seconds that it took, from memory, disk or the compiler."""
+    started = time.perf_counter()
+    import numba
+
+    name = "kernel_" + cache.key(text, repr(sorted(map(str, OPTIONS.items()))), numba.__version__, np.__version__, sys.version)
+    path, lasting = cache.place(name, text)
+    module = types.ModuleType(f"fvkit_{name}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    space = module.__dict__
+    exec(compile(text, str(path), "exec"), space)
+    for function in ("tile", "ghosts", "step", "advance"):
+        space[function] = numba.njit(cache=lasting and function == "advance", **OPTIONS)(space[function])
+    timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
+    timer.daemon = True
+    timer.start()
+    try:
+        _compile(module, numba)
+    finally:
+        timer.cancel()
+    return module, time.perf_counter() - started
+
+
+def _compile(module: Any, numba: Any) -> None:
+    """Compile ``advance``, or load it; without the disk where that fails for the disk's sake."""
+    real, whole = numba.float64, numba.int64
+    rows, row, counts = real[:, ::1], real[::1], whole[::1]
+    signature = (rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, numba.boolean, row, rows, row, row,
+                 rows, rows, rows, row, counts, counts)
+    try:
+        module.advance.compile(signature)
+    except OSError as error:
+        warnings.warn(f"a compiled kernel could not be kept on disk ({error}): it is compiled again in every process.",
+                      RuntimeWarning, stacklevel=4)
+        module.advance = numba.njit(**OPTIONS)(module.advance.py_func)
+        module.advance.compile(signature)
+
+
+def _announce(path: Path) -> None:
+    print(f"fvkit: compiling a kernel for this combination of parts, once; kept in {path.parent}", file=sys.stderr, flush=True)

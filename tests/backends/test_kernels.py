@@ -1,0 +1,198 @@
+"""Generated kernels: only what is used, vectorised, cached by content, safe in bad folders."""
+
+import os
+import platform
+import re
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.backends import NumbaKernel, cache
+from fvkit.backends.generator import generate
+from fvkit.backends.halo import plan
+from fvkit.backends.numba_kernel import _module
+
+
+def text(scheme: fv.WavePropagation, model: fv.Model | None = None, sources: tuple[fv.Source, ...] = ()) -> str:
+    chosen = model or gr.TwoPhase()
+    start = np.ones((len(chosen.conserved), 20))
+    problem = fv.Problem(chosen, fv.Grid(0.0, 1.0, 20), start, 1.0, sources=sources)
+    parts = scheme.parts(problem.model, problem.sources)
+    return generate(problem, scheme, parts, plan(scheme.stages(parts))).text
+
+
+def test_only_what_a_scheme_uses_is_generated():
+    full = text(fv.WavePropagation(fv.Roe()))
+    no_fix = text(fv.WavePropagation(fv.Roe(), entropy_fix=False))
+    no_cross = text(fv.WavePropagation(fv.Roe(), entropy_fix=False, cross_term=False))
+    no_limiter = text(fv.WavePropagation(fv.Roe(), fv.NoLimiter(), entropy_fix=False, cross_term=False))
+    first = text(fv.WavePropagation(fv.Roe(), order=1, entropy_fix=False))
+    lengths = [len(item) for item in (full, no_fix, no_cross, no_limiter, first)]
+    assert lengths == sorted(lengths, reverse=True)
+    assert len(set(lengths)) == 5
+    assert "hit" in full
+    assert "hit" not in no_fix
+    assert " exp(" not in full
+    assert " exp(" in text(fv.WavePropagation(fv.Roe()), sources=(gr.ConstantDrag(1.0),))
+    assert "aux[" in full
+    assert "aux[" not in text(fv.WavePropagation(fv.HLL()), fv.Burgers())
+
+
+def test_a_model_without_topography_pays_for_none():
+    @attrs.frozen
+    class Flat(gr.ShallowWater.__mro__[1]):  # the abstract Model
+        conserved = ("h", "h v")
+        phases = (((0,), 1),)
+        g: float = 9.81
+        flux, wave_speeds = gr.ShallowWater.flux, gr.ShallowWater.wave_speeds
+
+    scheme = fv.WavePropagation(fv.HLL())
+    assert len(text(scheme, Flat())) < len(text(scheme, gr.ShallowWater()))
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64") or not Path("/proc/cpuinfo").exists()
+                    or "avx2" not in Path("/proc/cpuinfo").read_text(), reason="needs a processor with AVX2 or AVX-512")
+@pytest.mark.parametrize("model", [gr.ShallowWater(), gr.TwoPhase()], ids=["shallow", "two-phase"])
+def test_the_loops_are_vectorised(model):
+    problem = fv.Problem(model, fv.Grid(0.0, 1.0, 20), np.ones((len(model.conserved), 20)), 1.0)
+    scheme = fv.WavePropagation(fv.Roe(), entropy_fix=False)
+    module = NumbaKernel(problem, scheme, scheme.parts(model, ()))._module
+    code = "\n".join(module.advance.inspect_asm().values()) or "\n".join(
+        str(item) for item in module.advance.inspect_asm(module.advance.signatures[0]))
+    if not code.strip():
+        pytest.skip("assembly is not kept with a kernel from the cache")
+    wide = len(re.findall(r"vdivpd\s.*[yz]mm", code))
+    assert wide >= (6 if isinstance(model, gr.ShallowWater) else 15)
+    assert len(re.findall(r"vsqrtpd\s.*[yz]mm", code)) >= 2
+
+
+def test_new_parameter_values_and_new_data_never_recompile():
+    def run(g: float, drag: float, cells: int, cfl: float) -> None:
+        problem = fv.Problem(gr.TwoPhase(g=g), fv.Grid(0.0, 1.0, cells), np.ones((4, cells)), 0.01, sources=gr.ConstantDrag(drag),
+                             boundary=(fv.Wall(), fv.Inflow(np.ones(4) * g)))
+        fv.solve(problem, fv.WavePropagation(fv.HLL(), cfl=cfl), backend="numba")
+
+    run(9.81, 1.0, 30, 0.9)
+    before = _module.cache_info().misses
+    run(1.62, 1e6, 57, 0.5)
+    assert _module.cache_info().misses == before
+
+
+SCRIPT = """
+import sys, time
+import numpy as np
+import attrs
+import fvkit as fv
+
+def square(u):
+    return FACTOR * u * u
+
+@attrs.frozen
+class Mine(fv.Model):
+    conserved = ("u",)
+    def flux(self, q):
+        return (square(q[0]),)
+    def wave_speeds(self, q):
+        return 2 * FACTOR * q[0], 2 * FACTOR * q[0]
+
+problem = fv.Problem(Mine(), fv.Grid(0.0, 1.0, 50), lambda x: 1.0 + x[None], 0.1)
+solution = fv.solve(problem, fv.WavePropagation(fv.HLL()), backend="numba")
+print(repr(float(solution.q[-1].sum())), solution.stats.compile_seconds)
+"""
+
+
+def run_script(folder: Path, factor: str, name: str = "script.py", wait: bool = True, **variables: str):
+    file = folder / name
+    file.write_text(SCRIPT.replace("FACTOR", factor))
+    environment = os.environ | {"FVKIT_CACHE": str(folder / "cache")} | variables
+    process = subprocess.Popen([sys.executable, "-W", "always", str(file)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    if not wait:
+        return process
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == 0, err
+    total, seconds = out.split()
+    return float(total), float(seconds), err
+
+
+def kernels(folder: Path) -> list[str]:
+    return sorted(path.name for path in (folder / "cache").glob("kernel_*.py"))
+
+
+def test_a_second_process_starts_warm_and_an_edit_of_a_helper_recompiles(tmp_path):
+    first, cold, _ = run_script(tmp_path, "0.5")
+    second, warm, _ = run_script(tmp_path, "0.5", name="moved.py")
+    assert second == first
+    assert warm < 0.6 * cold
+    assert len(kernels(tmp_path)) == 1
+    edited, _, _ = run_script(tmp_path, "0.25")
+    assert edited != first
+    assert len(kernels(tmp_path)) == 2
+    restored, again, _ = run_script(tmp_path, "0.5")
+    assert restored == first
+    assert again < 0.6 * cold
+
+
+def test_processes_that_start_together_share_the_cache_safely(tmp_path):
+    together = [run_script(tmp_path, "0.5", name=f"s{k}.py", wait=False) for k in range(3)]
+    results = [process.communicate(timeout=180) for process in together]
+    assert [process.returncode for process in together] == [0, 0, 0], results
+    assert len({out.split()[0] for out, _ in results}) == 1
+    assert len(kernels(tmp_path)) == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders cannot be made read-only there")
+def test_a_folder_that_cannot_be_written_gives_a_warning_and_a_result(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    total, _, err = run_script(tmp_path, "0.5", FVKIT_CACHE=str(blocked / "below"))
+    assert np.isfinite(total)
+    assert "cannot be written" in err
+    assert "FVKIT_CACHE" in err
+
+
+def test_the_cache_can_be_listed_and_cleared(tmp_path, monkeypatch):
+    monkeypatch.setenv("FVKIT_CACHE", str(tmp_path / "other"))
+    assert cache.contents().kernels == 0
+    path, lasting = cache.place("kernel_test", "x = 1\n")
+    assert lasting
+    assert stat.S_ISREG(path.stat().st_mode)
+    assert cache.contents().kernels == 1
+    assert cache.clear().kernels == 1
+    assert cache.contents() == cache.Contents(tmp_path / "other", 0, 0)
+
+
+def test_importing_fvkit_imports_neither_numba_nor_matplotlib():
+    code = "import sys, fvkit; print([name for name in ('numba', 'matplotlib', 'scipy') if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_exp_of_the_compiled_backend_is_exact_to_a_few_units(tmp_path):
+    pytest.importorskip("numba")
+    import numba
+
+    from fvkit.backends.driver import EXP
+
+    space: dict = {"inf": float("inf")}
+    exec("from math import *\n" + EXP, space)
+    exp = space["exp"]
+
+    @numba.njit
+    def every(x, y):
+        for j in range(x.size):
+            y[j] = exp(x[j])
+
+    x = np.concatenate([np.linspace(-707.0, 709.0, 200_001), [0.0, -1e-300, np.inf, -np.inf, np.nan, 800.0, -800.0]])
+    y = np.empty_like(x)
+    every(x, y)
+    assert np.abs(y[:200_001] / np.exp(x[:200_001]) - 1.0).max() < 5e-16
+    assert y[200_001:].tolist()[:4] == [1.0, 1.0, np.inf, 0.0]
+    assert np.isnan(y[-3])
+    assert y[-2:].tolist() == [np.inf, 0.0]

@@ -1,0 +1,114 @@
+"""Tracing: every operation means under the compiler what NumPy means, and what cannot be traced is named."""
+
+import inspect
+import math
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fvkit as fv
+from fvkit.backends.trace import Expr, Formatter, Graph, Untraceable, needed
+
+values = st.floats(-20.0, 20.0).map(lambda x: 0.0 if abs(x) < 1e-100 else x)
+OPERATIONS = {
+    "+": lambda x, y: x + y, "-": lambda x, y: x - y, "*": lambda x, y: x * y, "neg": lambda x, y: -x + 0.0 * y, "abs": lambda x, y: abs(x),
+    "squares": lambda x, y: x**2 + y**3 - x**4, "where": lambda x, y: np.where(x < y, x, 2.0 * y), "max": lambda x, y: np.maximum(x, y),
+    "min": lambda x, y: np.minimum(x, np.minimum(y, 1.0)), "sign": lambda x, y: np.sign(x) - np.sign(y),
+    "sqrt": lambda x, y: np.sqrt(x * x + 1.0) + (y * y) ** 0.5, "logic": lambda x, y: np.where(((x > 0) & (y > 0)) | ~(x != 1.0), 1.0, x),
+    "exp": lambda x, y: np.exp(x) + np.expm1(y), "log": lambda x, y: np.log(x * x + 1.0) - np.log1p(y * y),
+    "trigonometry": lambda x, y: np.sin(x) * np.cos(y) + np.tanh(x) + np.arctan2(y, x * x + 1.0), "clip": lambda x, y: np.clip(x, -1.0, 3.0) + y,
+    "division": lambda x, y: x / (1.0 + y * y) + 2.0 / (3.0 + x * x), "numpy scalar": lambda x, y: np.float64(2.0) * x - np.float64(1.0) / (2.0 + y * y),
+    "comparisons": lambda x, y: np.where(x <= y, 1.0, 0.0) + np.where(x >= 1.0, 2.0, 0.0) + np.where(x == y, 3.0, y), "square": lambda x, y: np.square(x) + np.abs(y),
+    "constants": lambda x, y: 1.0 * x + 0.0 * y - 1.0 * y + 0.0, "negative power": lambda x, y: (1.0 + x * x) ** -1 + (2.0 + y * y) ** -2, "hypot": lambda x, y: np.hypot(x, y),
+}
+
+
+def evaluate(function, x: float, y: float) -> float:
+    """Trace a function, and run the text that came out as Python."""
+    graph = Graph()
+    result = function(graph.node("load", "x"), graph.node("load", "y"))
+    space = {**{name: getattr(math, name) for name in dir(math)}, "x": x, "y": y}
+    for node in needed([result]):
+        exec(f"{node.name} = {node.arguments[0] if node.operation == 'load' else Formatter().text(node)}", space)
+    return float(eval(Formatter().argument(result), space))
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+@given(x=values, y=values)
+def test_the_text_of_an_operation_means_what_numpy_means(name, x, y):
+    function = OPERATIONS[name]
+    wanted = function(np.array([x]), np.array([y]))[0]
+    assert evaluate(function, x, y) == pytest.approx(wanted, rel=1e-13, abs=1e-13)
+
+
+def test_equal_operations_are_shared_and_unused_ones_vanish():
+    graph = Graph()
+    x = graph.node("load", "x")
+    unused = np.sqrt(x)
+    result = (x + 1.0) * (x + 1.0)
+    assert isinstance(unused, Expr)
+    assert [node.operation for node in needed([result])] == ["load", "+", "*"]
+
+
+def test_what_depends_on_parameters_alone_is_uniform():
+    graph = Graph()
+    g, x = graph.node("uniform", "par[0]"), graph.node("load", "x")
+    assert (0.5 * g * (1.0 - g)).uniform
+    assert not (0.5 * g * x).uniform
+
+
+@attrs.frozen
+class Summing(fv.Model):
+    conserved = ("u",)
+
+    def flux(self, q):
+        return (np.interp(q[0], [-1e9, 1e9], [-1e9, 1e9]),)
+
+    def wave_speeds(self, q):
+        return q[0], q[0]
+
+
+@attrs.frozen
+class Fine(fv.Model):
+    conserved = ("u",)
+
+    def flux(self, q):
+        return (0.5 * q[0] * q[0],)
+
+    def wave_speeds(self, q):
+        return q[0], q[0]
+
+
+def problem(model: fv.Model) -> fv.Problem:
+    return fv.Problem(model, fv.Grid(0.0, 1.0, 20), lambda x: 1.0 + x[None], 0.1)
+
+
+def test_an_untraceable_method_is_named_with_its_line_and_numpy_still_runs_it():
+    line = inspect.getsourcelines(Summing.flux)[1] + 1
+    with pytest.raises(Untraceable) as error:
+        fv.solve(problem(Summing()), fv.WavePropagation(fv.HLL()), backend="numba")
+    message = str(error.value)
+    assert f"Summing.flux ({Path(__file__)}:{line})" in message
+    assert "np.interp" in message
+    assert 'backend="numpy"' in message
+    assert fv.solve(problem(Summing()), fv.WavePropagation(fv.HLL()), backend="numpy").success
+
+
+def test_auto_falls_back_with_a_warning_that_says_why(monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    with pytest.warns(RuntimeWarning, match=r"NumPy backend is used: Summing\.flux.*np\.interp"):
+        solution = fv.solve(problem(Summing()), fv.WavePropagation(fv.HLL()))
+    assert solution.stats.backend == "numpy"
+    assert fv.solve(problem(Fine()), fv.WavePropagation(fv.HLL())).stats.backend == "numba"
+
+
+@pytest.mark.parametrize(("misuse", "words"), [
+    (lambda x: 1.0 if x > 0 else 2.0, "fv.where"), (float, "Python float"), (lambda x: np.add(x, 1.0, dtype=float), "plain arguments"),
+    (lambda x: x + "one", "a str meets a value"), (lambda x: np.sum(x), "np.sum"), (lambda x: x * np.ones(3), "ndarray")])
+def test_misuse_of_a_value_says_what_is_wrong(misuse, words):
+    with pytest.raises(Untraceable, match=words):
+        misuse(Graph().node("load", "x"))
