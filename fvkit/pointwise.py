@@ -5,6 +5,9 @@ Write models, solvers, limiters and sources with arithmetic, ``np.sqrt`` and its
 of any length, so that a Riemann solver need not know how many equations its model has.
 """
 
+import operator
+from functools import reduce
+
 import numpy as np
 
 where = np.where
@@ -14,42 +17,34 @@ minimum = np.minimum
 
 def combine(a, x, b, y):
     """Return the tuple a x + b y, component by component."""
-    return tuple(a * s + b * t for s, t in zip(x, y, strict=True))
+    return tuple([a * s + b * t for s, t in zip(x, y, strict=True)])
 
 
 def add(x, y):
     """Return the tuple x + y, component by component."""
-    return tuple(s + t for s, t in zip(x, y, strict=True))
+    return tuple(map(operator.add, x, y))
 
 
 def subtract(x, y):
     """Return the tuple x - y, component by component."""
-    return tuple(s - t for s, t in zip(x, y, strict=True))
+    return tuple(map(operator.sub, x, y))
 
 
 def scale(a, x):
     """Return the tuple a x, component by component."""
-    return tuple(a * s for s in x)
+    return tuple([a * s for s in x])
 
 
 def multiply(x, y):
     """Return the tuple x y, component by component."""
-    return tuple(s * t for s, t in zip(x, y, strict=True))
+    return tuple(map(operator.mul, x, y))
 
 
 def dot(x, y):
     """Return the sum of x y over the components."""
-    products = multiply(x, y)
-    result = products[0]
-    for product in products[1:]:
-        result = result + product
-    return result
+    return reduce(operator.add, map(operator.mul, x, y))
 
 
 def weighted(weights, vectors):
     """Return the tuple sum_k weights_k vectors_k."""
-    result = list(scale(weights[0], vectors[0]))
-    for weight, vector in zip(weights[1:], vectors[1:], strict=True):
-        for k, component in enumerate(vector):
-            result[k] = result[k] + weight * component
-    return tuple(result)
+    return reduce(add, map(scale, weights, vectors))

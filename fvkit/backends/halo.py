@@ -33,4 +33,14 @@ def plan(stages: tuple[Stage, ...]) -> Plan:
             old = needed.get(field, (low + first, high + last))
             needed[field] = (min(old[0], low + first), max(old[1], high + last))
     low, high = needed["q"]
-    return Plan(stages, tuple(reversed(ranges)), max(-low, high))
+    return Plan(stages, _with_guarded(stages, ranges[::-1]), max(-low, high))
+
+
+def _with_guarded(stages: tuple[Stage, ...], ranges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Let a guarded stage cover all of the fields that it rewrites, so that these keep their place whether it runs or not."""
+    covered: dict[str, tuple[int, int]] = {}
+    for k, stage in enumerate(stages):
+        if stage.guard is not None:
+            ranges[k] = covered[stage.writes[0]]
+        covered |= dict.fromkeys(stage.writes, ranges[k])
+    return tuple(ranges)

@@ -1,5 +1,6 @@
 """The NumPy backend: every stage of a scheme on whole arrays, in chunks where they are long."""
 
+from math import isfinite, nan
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from fvkit.schemes.base import Parts, Scheme
 #: Cells per chunk, and the number of cells above which the step is cut into chunks: temporaries then stay in cache.
 CHUNK, UNCHUNKED = 8192, 30_000
 
-Field = tuple[int, tuple[Any, ...]]
+Field = tuple[Any, ...]
 
 
 class Transport(NamedTuple):
@@ -36,6 +37,8 @@ class NumpyKernel(Kernel):
         self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
         self._steady = self.ghost_values(problem.t_start) if self.steady_boundary else None
         self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
+        self._lows = {"q": -self.halo, "aux": -self.halo}
+        self._reads = {n: self._reading(n) for n in dict.fromkeys(n for _, n in self._chunks)}
         self._no_flux = np.zeros(len(self.mass_rows))
 
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
@@ -50,7 +53,7 @@ class NumpyKernel(Kernel):
                     return Outcome.NO_STEP
                 report = self._trial(march, dt)
                 cfl = report.max_speed * dt / dx
-                if not np.isfinite(cfl):
+                if not isfinite(cfl):
                     return Outcome.BAD_STATE
                 if cfl <= scheme.cfl_max:
                     break
@@ -92,10 +95,10 @@ class NumpyKernel(Kernel):
         return report
 
     def _good(self, padded: np.ndarray) -> bool:
-        """Whether a state is finite, without negative masses, and admissible."""
-        q = self.inside(padded)
-        if not np.isfinite(q.sum()):
+        """Whether a state is finite, without negative masses, and admissible. Its ghost cells are those of an earlier one."""
+        if not isfinite(np.add.reduce(padded, None)):
             return False
+        q = self.inside(padded)
         if any(np.minimum.reduce(q[row]) < 0.0 for row in self.mass_rows):
             return False
         return not self.problem.model.defines("admissible") or bool(np.all(self.problem.model.admissible(tuple(q))))
@@ -115,15 +118,15 @@ class NumpyKernel(Kernel):
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
             here = slice(self.halo + start, self.halo + start + n)
-            for target, row, net in zip(out, q, fields["net"][1], strict=True):
+            for target, row, net in zip(out, q, fields["net"], strict=True):
                 np.multiply(net, -ratio, out=target[here])
                 target[here] += row[here]
-            speeds.append(_largest(fields["speeds"][1]))
+            speeds.append(_largest(fields["speeds"]))
             if self.mass_rows and not self.closed:
                 if start == 0:
-                    left = self._end_flux(q[:, self.halo], fields["right_going"], 0, -1.0)
+                    left = self._end_flux(q[:, self.halo], fields, "right_going", 0, -1.0)
                 if start + n == self.cells:
-                    right = self._end_flux(q[:, last_cell], fields["left_going"], n, 1.0)
+                    right = self._end_flux(q[:, last_cell], fields, "left_going", n, 1.0)
             faces = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
             if len(faces):
                 lost_face = start + int(faces[0]) if not lost else lost_face
@@ -135,7 +138,7 @@ class NumpyKernel(Kernel):
         model = self.problem.model
         if not model.defines("hyperbolic_discriminant"):
             return ()
-        ql, qr = _read(q, -1, 0, int(closing), n), _read(q, 0, 0, int(closing), n)
+        ql, qr = (_cut(q, self._part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
         if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
             return ()
         return np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
@@ -145,7 +148,7 @@ class NumpyKernel(Kernel):
         self._fill_ghosts(q, t)
         result = np.empty((q.shape[0], self.cells))
         for start, n in self._chunks:
-            for row, net in zip(result, self._run(q, start, n, 0.0)["net"][1], strict=True):
+            for row, net in zip(result, self._run(q, start, n, 0.0)["net"], strict=True):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
@@ -159,33 +162,37 @@ class NumpyKernel(Kernel):
                 row[here] = component
 
     def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, Field]:
-        """Run all stages over n cells from ``start``; return the fields, each with the place of its first entry."""
+        """Run all stages over n cells from ``start``; return the fields. Entry 0 of each is the place ``self._lows`` says."""
         here = slice(start, start + n + 2 * self.halo)
-        fields: dict[str, Field] = {name: (-self.halo, tuple(rows[:, here])) for name, rows in (("q", q), ("aux", self.aux))}
-        for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
-            inputs = [_read(fields[field], offset, low, high, n)
-                      for field, first, last in stage.reads for offset in range(first, last + 1)]
+        fields: dict[str, Field] = {"q": tuple(q[:, here]), "aux": tuple(self.aux[:, here])}
+        for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
+            inputs = [_cut(fields[field], part) for field, part in reads]
             if stage.guard is None or np.any(stage.guard(self.parts, ratio, *inputs)):
-                for name, value in zip(stage.writes, stage.compute(self.parts, ratio, *inputs), strict=True):
-                    fields[name] = (low, value)
+                fields.update(zip(stage.writes, stage.compute(self.parts, ratio, *inputs), strict=True))
         return fields
 
-    def _end_flux(self, q: np.ndarray, field: Field, face: int, sign: float) -> np.ndarray:
+    def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
+        """For each stage, the part of each field that it reads in a chunk of n cells."""
+        result = []
+        for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
+            result.append([(field, self._part(field, offset, low, high, n))
+                           for field, first, last in stage.reads for offset in range(first, last + 1)])
+            self._lows |= dict.fromkeys(stage.writes, low)
+        return result
+
+    def _part(self, field: str, offset: int, low: int, high: int, n: int) -> slice:
+        """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
+        return slice(low + offset - self._lows[field], n + high + offset - self._lows[field])
+
+    def _end_flux(self, q: np.ndarray, fields: dict[str, Field], name: str, face: int, sign: float) -> np.ndarray:
         """Mass fluxes through an end face: the flux of the cell inside and the fluctuation that enters it."""
-        flux = self.problem.model.flux(tuple(q))
-        first, rows = field
-        return np.array([flux[row] + sign * rows[row][face - first] for row in self.mass_rows])
+        flux, at = self.problem.model.flux(tuple(q)), face - self._lows[name]
+        return np.array([flux[row] + sign * fields[name][row][at] for row in self.mass_rows])
 
 
 def _slice(cells: range) -> slice:
     """The slice of the same cells; none of ours ends at index 0 going down."""
     return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
-
-
-def _read(field: Field, offset: int, low: int, high: int, n: int) -> Any:
-    """The part of a field that a stage covering low .. n + high - 1 sees at an offset."""
-    first, value = field
-    return _cut(value, slice(low + offset - first, n + high + offset - first))
 
 
 def _cut(value: tuple[Any, ...], here: slice) -> tuple[Any, ...]:
@@ -197,4 +204,4 @@ def _cut(value: tuple[Any, ...], here: slice) -> tuple[Any, ...]:
 def _largest(speeds: tuple[Any, ...]) -> float:
     """Largest |speed|, NaN if any is."""
     ends = [end for speed in speeds for end in (np.maximum.reduce(speed, None), -np.minimum.reduce(speed, None))]
-    return float(np.maximum.reduce(ends))
+    return nan if any(end != end for end in ends) else float(max(ends))

@@ -108,7 +108,7 @@ def fluctuations(parts, ratio, ql, qr, auxl, auxr):
     jump = parts.model.jump(ql, qr, auxl, auxr)
     waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
     sides = tuple(0.5 * np.sign(speed) for speed in speeds)
-    left = weighted(tuple(0.5 - side for side in sides), waves)
+    left = weighted([0.5 - side for side in sides], waves)
     return waves, speeds, sides, left, subtract(jump, left)
 
 
@@ -158,8 +158,8 @@ def limited(limiters, ratio, waves, speeds, overlaps):
 def eigenvector_correction(parts, ratio, waves, speeds, sides, left, right, *overlaps):
     """Add the correction flux of waves that are eigenvectors: 1/2 (sgn s - s dt/dx) Z~."""
     factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
-    weights = tuple((side - 0.5 * ratio * speed) * factor
-                    for side, speed, factor in zip(sides, speeds, factors, strict=True))
+    half = 0.5 * ratio
+    weights = [(side - half * speed) * factor for side, speed, factor in zip(sides, speeds, factors, strict=True)]
     flux = weighted(weights, waves)
     return add(left, flux), subtract(right, flux)
 
