@@ -19,14 +19,14 @@ from fvkit.pointwise import maximum, minimum, where
 from fvkit.problem import Problem
 from fvkit.riemann import HLL, RiemannSolver, Roe, Rusanov
 from fvkit.schemes import Scheme, WavePropagation
-from fvkit.solution import Solution, SolveError, Stats, Status
+from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import Stepper, rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
 
 __version__ = "0.1.0"
 
 __all__ = [
-    "HLL", "MC", "Acoustics", "Advection", "BoundaryCondition", "Burgers", "Godunov", "Grid", "Inflow", "Limiter",
+    "HLL", "MC", "Acoustics", "Advection", "BoundaryCondition", "Burgers", "Godunov", "Grid", "Inflow", "Interrupted", "Limiter",
     "Minmod", "Model", "NoLimiter", "Outflow", "Periodic", "PointwiseError", "Problem", "RiemannSolver", "Roe",
     "Rusanov", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status", "Stepper", "Strang",
     "Superbee", "ThirdOrder", "VanLeer", "Wall", "WavePropagation", "maximum", "minimum", "rhs", "solve", "where",

@@ -51,6 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(end.code or 0)
     try:
         return int(options.run(options))
+    except KeyboardInterrupt:
+        print("fvkit: interrupted", file=sys.stderr)
+        return INTERRUPTED
     except SolveError as error:
         print(f"fvkit: {error}", file=sys.stderr)
         return FAILED
@@ -60,9 +63,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, TypeError, OSError) as error:
         print(f"fvkit: {' '.join(str(error).split())}", file=sys.stderr)
         return MISTAKE
-    except KeyboardInterrupt:
-        print("fvkit: interrupted", file=sys.stderr)
-        return INTERRUPTED
 
 
 if __name__ == "__main__":

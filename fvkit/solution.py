@@ -25,6 +25,7 @@ class Status(Enum):
     NON_FINITE = "a state became infinite or not a number"
     NEGATIVE_DEPTH = "a mass became negative"
     INADMISSIBLE = "a state left what the model allows"
+    INTERRUPTED = "the run was interrupted"
     NONHYPERBOLIC = "the characteristic speeds became complex, and nonhyperbolic='raise' was asked for"
 
 
@@ -132,3 +133,7 @@ class SolveError(RuntimeError):
         values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True))
         at = f" in cell {cell} (x = {x:.6g}): {values}" if cell >= 0 else ""
         super().__init__(f"{status.value}, at t = {time:.8g}, step {step}{at}")
+
+
+class Interrupted(SolveError, KeyboardInterrupt):
+    """A run that the user stopped (Ctrl-C): a `SolveError` with the partial solution, and a KeyboardInterrupt."""

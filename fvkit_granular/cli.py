@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, RIEMANN, by_name, public_name
 from fvkit.plot import new_axes
+from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.scenes import scene, scene_names
@@ -49,6 +50,14 @@ def register(commands: Any) -> None:
                        help="numbers of cells (default 100 200 400 800)")
     study.add_argument("--repeats", type=int, default=3, help="timed repeats of each run (default 3)")
     _common(study, "fvkit-compare-SCENE")
+    speed = add_command(commands, "bench", _bench, "measure ns per cell and step for every model, solver, backend and order",
+                        "fvkit bench --cells 1000 10000 --orders 2")
+    speed.add_argument("--cells", nargs="+", type=int, default=[100, 1000, 10_000, 100_000], metavar="N",
+                       help="numbers of cells (default 100 1000 10000 100000)")
+    speed.add_argument("--orders", nargs="+", type=int, default=[1, 2], metavar="P", help="1, 2 or both (default both)")
+    speed.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
+    speed.add_argument("--repeats", type=int, default=5, help="timed blocks of each case (default 5)")
+    speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
 
 
 def _common(parser: argparse.ArgumentParser, folder: str) -> None:
@@ -98,19 +107,35 @@ def _run(options: argparse.Namespace) -> int:
     return SUCCESS if solution.success else FAILED
 
 
+def _bench(options: argparse.Namespace) -> int:
+    for count in options.cells:
+        _validate.whole(count, "--cells", at_least=10)
+    for name in options.backends or ():
+        _validate.choice(name, "--backends", BACKENDS[1:])
+    _validate.whole(options.repeats, "--repeats", at_least=1)
+    result = bench(options.cells, options.orders, options.backends, options.repeats, progress=_teller())
+    folder = result.save(options.out)
+    print(result.table())
+    print(f"written to {folder}/: bench.json, bench.png")
+    return SUCCESS
+
+
+def _teller() -> Callable[[str], None] | None:
+    """A function that shows one changing line on a terminal; None where stderr is none."""
+    if not sys.stderr.isatty():
+        return None
+    return lambda line: print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+
+
 def _compare(options: argparse.Namespace) -> int:
     chosen = scene(options.scene)
     models = _pick(options.models, "--models", MODELS)
     riemann = None if options.riemann is None else [kind() for kind in _pick(options.riemann, "--riemann", RIEMANN)]
     limiters = [kind() for kind in _pick(options.limiter, "--limiter", LIMITERS)]
-    terminal = sys.stderr.isatty()
-
-    def tell(line: str) -> None:
-        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
-
+    tell = _teller()
     report = compare(chosen, models, riemann, options.cells, limiters, options.order, options.repeats, cfl=options.cfl,
-                     backend=options.backend, progress=tell if terminal else None)
-    if terminal:
+                     backend=options.backend, progress=tell)
+    if tell is not None:
         tell("")
     folder = report.save(options.out or Path(f"fvkit-compare-{options.scene}"))
     table = report.table().splitlines()

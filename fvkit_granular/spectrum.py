@@ -37,6 +37,26 @@ def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
     return u4 - (u4 - middle - s4) * 2.0 * s4 * (both * g1), v1 - (v1 - middle - s1) * 2.0 * s1 * (both * g4)
 
 
+def _depressed(hs, hf, d, a2, css, cff, g, gamma):
+    """Coefficients of P(u) = u^4 + p2 u^2 + q1 u + r, r in the form that does not cancel."""
+    ab2, dd = 0.5 * g * (1.0 - gamma) * hf, d * d
+    return -2.0 * dd - a2 - ab2, 2.0 * d * (cff - css), dd * dd - dd * (a2 + ab2) + a2 * ab2
+
+
+def quartic_discriminant(hs, hf, vs, vf, g, gamma):
+    """Return the discriminant of (4.1) over (g h)^6: negative exactly where the inner pair is complex.
+
+    The product of all squared differences of roots, in closed form; the outer roots are real and distinct always.
+    """
+    css, cff, _ = couplings(hs, hf, g, gamma)
+    a2 = g * (hs + hf)
+    p2, q1, r = _depressed(hs, hf, 0.5 * (vs - vf), a2, css, cff, g, gamma)
+    share = 1.0 / a2
+    p, q2, r = p2 * share, q1 * q1 * share * share * share, r * share * share
+    pp = p * p
+    return 16.0 * r * (pp - 4.0 * r) * (pp - 4.0 * r) - q2 * (4.0 * p * (pp - 36.0 * r) + 27.0 * q2)
+
+
 def shifted_roots(hs, hf, vs, vf, g, gamma, polish=8):
     """Return u1, u4, mu, disc: the roots of (4.1) are vbar + (u1, mu -/+ sqrt(disc), u4).
 
@@ -56,11 +76,8 @@ def shifted_roots(hs, hf, vs, vf, g, gamma, polish=8):
     polish : number of Newton steps on the quartic itself.
     """
     css, cff, csf = couplings(hs, hf, g, gamma)
-    d = 0.5 * (vs - vf)
-    a2 = g * (hs + hf)
-    ab2 = 0.5 * g * (1.0 - gamma) * hf
-    dd = d * d
-    r = dd * dd - dd * (a2 + ab2) + a2 * ab2
+    d, a2 = 0.5 * (vs - vf), g * (hs + hf)
+    p2, q1, r = _depressed(hs, hf, d, a2, css, cff, g, gamma)
     sc, sf = np.sqrt(css), np.sqrt(cff)
     product = csf * cff + FLOOR
     middle, x, a = 0.5 * (sc + sf), 0.5 * (sc - sf), np.sqrt(a2)
@@ -69,7 +86,6 @@ def shifted_roots(hs, hf, vs, vf, g, gamma, polish=8):
     u4, v1 = _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product)
     u4, v1 = _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product)
     u1 = -v1
-    p2, q1 = -2.0 * dd - a2 - ab2, 2.0 * d * (cff - css)
     for _ in range(polish):
         x2, y2 = u4 * u4, u1 * u1
         e, t = (4.0 * x2 + 2.0 * p2) * u4 + q1, (4.0 * y2 + 2.0 * p2) * u1 + q1

@@ -9,13 +9,13 @@ import numpy as np
 from fvkit import Model, maximum, minimum, where
 from fvkit._validate import number
 from fvkit_granular.shallow_water import roe_velocity
-from fvkit_granular.spectrum import couplings, shifted_roots
+from fvkit_granular.spectrum import couplings, quartic_discriminant, shifted_roots
 from fvkit_granular.states import bottom, broadcast, ratio
 
 #: The inner pair counts as distinct above this share of g h; below it travels as one, at its mean speed.
 DISTINCT = 1e-8
 
-#: Rounding allowance, in shares of g h, before a face counts as having lost hyperbolicity.
+#: Rounding allowance of the discriminant, whose scale is 1, before a face counts as having lost hyperbolicity.
 ROUNDING = 1e-12
 
 
@@ -118,8 +118,7 @@ class TwoPhase(Model):
 
     def hyperbolic_discriminant(self, ql, qr):
         hs, vs, hf, vf = roe_mean(ql, qr)
-        _, _, _, disc = shifted_roots(hs, hf, vs, vf, self.g, self.gamma)
-        return disc / (self.g * (hs + hf)) + ROUNDING
+        return quartic_discriminant(hs, hf, vs, vf, self.g, self.gamma) + ROUNDING
 
     def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (4, ...) from depth h, m, solid fraction phi in [0, 1] and velocities vs, vf, m/s."""

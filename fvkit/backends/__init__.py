@@ -7,6 +7,7 @@ from fvkit import _validate
 from fvkit.backends.base import Kernel, March, Outcome
 from fvkit.backends.numba_kernel import NumbaKernel, available
 from fvkit.backends.numpy_kernel import NumpyKernel
+from fvkit.backends.threads import ThreadedKernel
 from fvkit.backends.trace import Untraceable
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
@@ -17,7 +18,7 @@ BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
 __all__ = ["BACKENDS", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel"]
 
 
-def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts) -> Kernel:
+def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:
     """Return the kernel of a backend; ``"auto"`` compiles where numba is installed and the parts can be traced.
 
     ``$FVKIT_BACKEND`` overrides ``"auto"``.
@@ -25,18 +26,20 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts) ->
     Raises
     ------
     ValueError
-        If ``"numba"`` is asked for and not installed.
+        If ``"numba"`` or threads are asked for and numba is not installed, or for threads with too few cells.
     Untraceable
         If ``"numba"`` is asked for and a pointwise function needs whole arrays.
     """
     if backend == "auto":
         backend = _validate.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
     if backend == "numpy" or (backend == "auto" and not available()):
+        if threads > 1:
+            raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: pip install 'fvkit[fast]'")
         return NumpyKernel(problem, scheme, parts)
     if not available():
         raise ValueError("`backend` is 'numba', which is not installed: pip install 'fvkit[fast]', or backend='numpy'")
     try:
-        return NumbaKernel(problem, scheme, parts)
+        return NumbaKernel(problem, scheme, parts) if threads == 1 else ThreadedKernel(problem, scheme, parts, threads)
     except Untraceable as error:
         if backend == "numba":
             raise

@@ -2,9 +2,9 @@
 
 from abc import ABC, abstractmethod
 from enum import IntEnum
-from typing import ClassVar
+from math import isfinite
+from typing import Any, ClassVar, NamedTuple
 
-import attrs
 import numpy as np
 
 from fvkit.backends.halo import Plan, plan
@@ -26,27 +26,56 @@ class Outcome(IntEnum):
     LOST_HYPERBOLICITY = 4
 
 
-@attrs.define(eq=False)
+class _Number:
+    """A field of `March` that lives in one of its arrays, where compiled code finds it."""
+
+    def __init__(self, array: str, index: int, kind: type) -> None:
+        self.array, self.index, self.kind = array, index, kind
+
+    def __get__(self, march: Any, owner: type) -> Any:
+        return self.kind(getattr(march, self.array)[self.index])
+
+    def __set__(self, march: Any, value: Any) -> None:
+        getattr(march, self.array)[self.index] = value
+
+
 class March:
     """State and counters of a run: the accepted state ``now``, the trial state ``next``, and what was counted.
 
-    ``left_in`` and ``right_out`` are the masses that entered and left through the ends. ``lost`` counts (face, step)
-    pairs without hyperbolicity, the first of them at ``lost_face`` and ``lost_time``.
+    Everything is kept in arrays that compiled code changes in place, so that an interruption at any moment leaves the
+    last accepted step. ``masses`` holds what entered through the left end and left through the right one, a row each.
+    ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at ``lost_face`` and ``lost_time``.
     """
 
-    now: np.ndarray
-    next: np.ndarray
-    t: float
-    dt: float
-    left_in: np.ndarray
-    right_out: np.ndarray
-    stop_when_lost: bool = False
-    steps: int = 0
-    rejected: int = 0
-    max_cfl: float = 0.0
-    lost: int = 0
-    lost_face: int = -1
-    lost_time: float = np.nan
+    t = _Number("real", 0, float)
+    dt = _Number("real", 1, float)
+    max_cfl = _Number("real", 2, float)
+    lost_time = _Number("real", 3, float)
+    steps = _Number("count", 0, int)
+    rejected = _Number("count", 1, int)
+    lost = _Number("count", 2, int)
+    lost_face = _Number("count", 3, int)
+
+    def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False) -> None:
+        self._buffers = (q, q.copy())
+        self.real = np.array([t, dt, 0.0, np.nan])
+        self.count = np.array([0, 0, 0, -1, 0])
+        self.masses = np.zeros((2, max(masses, 1)))
+        self.stop_when_lost = stop_when_lost
+
+    @property
+    def now(self) -> np.ndarray:
+        """The last accepted state, padded."""
+        return self._buffers[self.count[4] % 2]
+
+    @property
+    def next(self) -> np.ndarray:
+        """The trial state, padded."""
+        return self._buffers[1 - self.count[4] % 2]
+
+    def accept(self) -> None:
+        """Make the trial state the accepted one."""
+        self.count[4] += 1
 
 
 class Kernel(ABC):
@@ -113,3 +142,74 @@ class Kernel(ABC):
     @abstractmethod
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
         """Take accepted steps until ``march.t == target``, exactly, or at most ``max_steps`` of them."""
+
+
+class Trial(NamedTuple):
+    """What a trial step reports.
+
+    Parameters
+    ----------
+    max_speed : largest speed at any face, NaN if any is.
+    good : whether the new state is finite, without negative masses, and admissible.
+    flux : (2, masses) mass fluxes through both ends.
+    lost, lost_face : faces that lost hyperbolicity, and the first of them.
+    """
+
+    max_speed: float
+    good: bool
+    flux: np.ndarray
+    lost: int
+    lost_face: int
+
+
+class StepwiseKernel(Kernel):
+    """A kernel whose time loop runs in Python; a subclass makes one trial step."""
+
+    @abstractmethod
+    def trial(self, march: March, dt: float) -> Trial:
+        """Write the state after dt into ``march.next``."""
+
+    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
+        for _ in range(max_steps):
+            if march.t >= target:
+                break
+            outcome = self._step(march, target)
+            if outcome is not Outcome.PAUSED:
+                return outcome
+        return Outcome.REACHED if march.t >= target else Outcome.PAUSED
+
+    def _step(self, march: March, target: float) -> Outcome:
+        """Take one accepted step."""
+        dx, scheme, t = self.problem.grid.dx, self.scheme, march.t
+        dt = march.dt
+        last = dt >= (target - t) * (1.0 - 1e-12)
+        dt = target - t if last else dt
+        for _ in range(MAX_RETRIES):
+            if not last and t + dt == t:
+                return Outcome.NO_STEP
+            report = self.trial(march, dt)
+            cfl = report.max_speed * dt / dx
+            if not isfinite(cfl):
+                return Outcome.BAD_STATE
+            if cfl <= scheme.cfl_max:
+                break
+            march.rejected += 1
+            dt = march.dt = dt * scheme.cfl / cfl
+            last = False
+        else:
+            return Outcome.NO_STEP
+        if not report.good:
+            return Outcome.BAD_STATE
+        if report.lost:
+            if not march.lost:
+                march.lost_face, march.lost_time = report.lost_face, t
+            march.lost += report.lost
+            if march.stop_when_lost:
+                return Outcome.LOST_HYPERBOLICITY
+        march.accept()
+        march.t = target if last else t + dt
+        march.steps += 1
+        march.max_cfl = max(march.max_cfl, cfl)
+        march.masses += dt * report.flux
+        march.dt = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
+        return Outcome.PAUSED

@@ -43,15 +43,14 @@ def exp(x):
 '''
 
 DRIVER = '''
-def step(q, out, aux, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
+def tiles(begin, end, q, out, aux, n, ratio, before, after, par, buf, smx, ends, flux, found):
     found[0] = 0
     found[1] = -1
-    ghosts(q, n, par, values)
     lanes = min(n, TILE) + EXTRA
     for j in range(lanes):
         smx[j] = 0.0
     bad = 0
-    for k in range((n + TILE - 1) // TILE):
+    for k in range(begin, end):
         c0 = k * TILE
         nt = min(TILE, n - c0)
         closing = 1 if c0 + nt == n else 0
@@ -71,8 +70,13 @@ def step(q, out, aux, n, ratio, before, after, par, values, buf, smx, ends, flux
     return speed, bad
 
 
+def step(q, out, aux, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
+    ghosts(q, n, par, values)
+    return tiles(0, (n + TILE - 1) // TILE, q, out, aux, n, ratio, before, after, par, buf, smx, ends, flux, found)
+
+
 def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, before, after, stop_when_lost,
-            par, values, buf, smx, ends, flux, sums, real, count, found):
+            par, values, buf, smx, ends, flux, masses, real, count, found):
     t = real[0]
     dt = real[1]
     outcome = PAUSED
@@ -97,7 +101,7 @@ def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, be
             count[1] += 1
             tries += 1
             h = h * cfl_aim / cfl
-            dt = h
+            real[1] = h
             last = False
         if not accepted:
             outcome = NO_STEP
@@ -115,17 +119,17 @@ def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, be
                 break
         q, out = out, q
         count[4] += 1
-        for k in range(sums.shape[1]):
-            sums[0, k] += h * flux[0, k]
-            sums[1, k] += h * flux[1, k]
+        for k in range(masses.shape[1]):
+            masses[0, k] += h * flux[0, k]
+            masses[1, k] += h * flux[1, k]
         t = target if last else t + h
         count[0] += 1
         taken += 1
         real[2] = max(real[2], cfl)
         dt = cfl_aim * dx / speed if speed > 0.0 else inf
+        real[0] = t
+        real[1] = dt
     if outcome == PAUSED and t >= target:
         outcome = REACHED
-    real[0] = t
-    real[1] = dt
     return outcome
 '''

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import attrs
 
 from fvkit.backends.halo import Plan
-from fvkit.backends.trace import Expr, Formatter, Graph, Untraceable, needed, with_symbols
+from fvkit.backends.trace import Expr, Formatter, Graph, Untraceable, with_symbols
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme, Stage
 
@@ -133,15 +133,17 @@ class Generator:
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1) -> None:
         """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value."""
-        varying = [node for node in needed([value for _, value in (*writes, *extra)]) if not node.uniform]
         self.emit(f"for j in range({count}):", depth)
-        for node in varying:
-            right = node.arguments[0] if node.operation == "load" else self.formatter.text(node)
-            self.emit(f"{node.name} = {right}", depth + 1)
+        self.assign([value for _, value in (*writes, *extra)], depth + 1)
         for line, value in extra:
             self.emit(line.format(self.formatter.argument(value) if value is not None else ""), depth + 1)
         for row, value in writes:
             self.emit(f"{row.at(low)} = {self.formatter.argument(value)}", depth + 1)
+
+    def assign(self, roots: list[Any], depth: int, uniform: bool = False) -> None:
+        """Emit what the roots are computed from, and what is uniform too if asked for."""
+        for line in self.formatter.block(roots, uniform):
+            self.emit(line, depth)
 
     # ------------------------------------------------------------------ the tile
 
@@ -159,10 +161,7 @@ class Generator:
         self.update(groups[-1])
         body, self.lines = self.lines, []
         self.emit("def tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
-        uniform = [node for node in self.graph.nodes if node.uniform]
-        for node in uniform:
-            right = node.arguments[0] if node.operation == "uniform" else self.formatter.text(node)
-            self.emit(f"{node.name} = {right}")
+        self.assign([node for node in self.graph.nodes if node.uniform], 1, uniform=True)
         text, self.lines = self.lines + body, []
         return text
 
@@ -282,9 +281,7 @@ class Generator:
         for k, (cell, face, field, sign) in enumerate((("0", "0", "right_going", "-"), ("nt - 1", "nt", "left_going", "+"))):
             flux = self.parts.model.flux(tuple(self.load(row, 0) for row in self.fields["q"]))
             self.emit(f"j = {cell}")
-            nodes = [node for node in needed([flux[row] for row in rows]) if not node.uniform]
-            for node in nodes:
-                self.emit(f"{node.name} = {node.arguments[0] if node.operation == 'load' else self.formatter.text(node)}")
+            self.assign([flux[row] for row in rows], 1)
             self.emit(f"j = {face}")
             for position, row in enumerate(rows):
                 target = self.fields[field][row]
@@ -307,9 +304,7 @@ class Generator:
                         "nearest": f"{halo}" if left else f"n + {halo - 1}"}[part.reads]
                 state = tuple(self.graph.node("load", f"q[{k}, {cell}]") for k in range(len(model.conserved)))
                 result = part.ghost(self.parts.model, state, symbols)
-                for node in needed(list(result)):
-                    right = node.arguments[0] if node.operation in ("load", "uniform") else self.formatter.text(node)
-                    self.emit(f"{node.name} = {right}")
+                self.assign(list(result), 1, uniform=True)
                 for k, value in enumerate(result):
                     self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {self.formatter.argument(value)}")
         self.emit("return")

@@ -1,5 +1,6 @@
 """The compiled backend: generated kernels under numba, cached on disk by their content."""
 
+import re
 import sys
 import threading
 import time
@@ -47,15 +48,20 @@ class NumbaKernel(Kernel):
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
         source = generate(problem, scheme, parts, self.plan)
-        self._module, self.compile_seconds = _module(_text(source.text, self.plan.halo))
+        self.module, self.compile_seconds = _module(_text(source.text, self.plan.halo))
         every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *problem.boundary)
-        self._parameters = np.array([value for part in every for value in part.parameters()], dtype=float)
-        masses = max(len(self.mass_rows), 1)
-        row = TILE + SPARE
-        self._scratch = np.zeros(source.rows * row), np.zeros(row), np.zeros((2, masses)), np.zeros((2, masses))
-        self._steady = self._boundary_values(problem.t_start)
+        self.parameters = np.array([value for part in every for value in part.parameters()], dtype=float)
+        self._rows = source.rows
+        self._scratch = self.scratch()
+        self._steady = self.boundary_values(problem.t_start)
 
-    def _boundary_values(self, t: float) -> np.ndarray:
+    def scratch(self) -> tuple[np.ndarray, ...]:
+        """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces."""
+        row, ends = TILE + SPARE, (2, max(len(self.mass_rows), 1))
+        return np.zeros(self._rows * row), np.zeros(row), np.zeros(ends), np.zeros(ends), np.zeros(2, dtype=np.int64)
+
+    def boundary_values(self, t: float) -> np.ndarray:
+        """What the boundaries give to their ghosts at time t, a row each."""
         given = self.ghost_values(t)
         result = np.zeros((2, max(1, *(len(values) for values in given))))
         for row, values in zip(result, given, strict=True):
@@ -66,26 +72,17 @@ class NumbaKernel(Kernel):
         if self.steady_boundary:
             return self._advance(march, target, max_steps, self._steady)
         for _ in range(max_steps):
-            outcome = self._advance(march, target, 1, self._boundary_values(march.t))
+            outcome = self._advance(march, target, 1, self.boundary_values(march.t))
             if outcome is not Outcome.PAUSED:
                 return outcome
         return Outcome.PAUSED
 
     def _advance(self, march: March, target: float, max_steps: int, values: np.ndarray) -> Outcome:
         scheme, splitting = self.scheme, self.scheme.splitting
-        real = np.array([march.t, march.dt, march.max_cfl, march.lost_time])
-        count = np.array([march.steps, march.rejected, march.lost, march.lost_face, 0])
-        sums = np.zeros((2, self._scratch[2].shape[1]))
-        outcome = self._module.advance(
+        outcome = self.module.advance(
             march.now, march.next, self.aux, self.cells, self.problem.grid.dx, target, max_steps, MAX_RETRIES, scheme.cfl,
-            scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, self._parameters, values,
-            *self._scratch, sums, real, count, np.zeros(2, dtype=np.int64))
-        march.t, march.dt, march.max_cfl, march.lost_time = (float(value) for value in real)
-        march.steps, march.rejected, march.lost, march.lost_face, swaps = (int(value) for value in count)
-        if swaps % 2:
-            march.now, march.next = march.next, march.now
-        march.left_in += sums[0, :len(self.mass_rows)]
-        march.right_out += sums[1, :len(self.mass_rows)]
+            scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, self.parameters, values,
+            *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
         return Outcome(outcome)
 
 
@@ -93,7 +90,8 @@ def _text(own: str, halo: int) -> str:
     """The whole module: constants, the kernel's own functions, the time loop."""
     constants = {"TILE": TILE, "EXTRA": 2 * halo, **{outcome.name: int(outcome) for outcome in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
-    return f"{_HEADER}\n{lines}\n{EXP if ' exp(' in own else ''}\n\n{own}\n{DRIVER}"
+    extra = EXP if re.search(r"\bexp\(", own) else ""
+    return f"{_HEADER}\n{lines}\n{extra}\n\n{own}\n{DRIVER}"
 
 
 @lru_cache(maxsize=256)
@@ -109,8 +107,8 @@ def _module(text: str) -> tuple[Any, float]:
     sys.modules[module.__name__] = module
     space = module.__dict__
     exec(compile(text, str(path), "exec"), space)
-    for function in ("tile", "ghosts", "step", "advance"):
-        space[function] = numba.njit(cache=lasting and function == "advance", **OPTIONS)(space[function])
+    for function in ("tile", "ghosts", "tiles", "step", "advance"):
+        space[function] = numba.njit(cache=lasting and function in ("advance", "ghosts", "tiles"), **OPTIONS)(space[function])
     timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
     timer.daemon = True
     timer.start()

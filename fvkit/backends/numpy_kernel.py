@@ -1,11 +1,11 @@
 """The NumPy backend: every stage of a scheme on whole arrays, in chunks where they are long."""
 
 from math import isfinite, nan
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.base import MAX_RETRIES, Kernel, March, Outcome
+from fvkit.backends.base import March, StepwiseKernel, Trial
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
@@ -15,17 +15,7 @@ CHUNK, UNCHUNKED = 8192, 30_000
 Field = tuple[Any, ...]
 
 
-class Transport(NamedTuple):
-    """What a trial step reports: largest speed, mass fluxes through both ends, faces that lost hyperbolicity."""
-
-    max_speed: float
-    left_flux: np.ndarray
-    right_flux: np.ndarray
-    lost: int
-    lost_face: int
-
-
-class NumpyKernel(Kernel):
+class NumpyKernel(StepwiseKernel):
     """Runs the stages on whole arrays; the pointwise functions are called as they are."""
 
     name: ClassVar[str] = "numpy"
@@ -39,60 +29,22 @@ class NumpyKernel(Kernel):
         self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
         self._lows = {"q": -self.halo, "aux": -self.halo}
         self._reads = {n: self._reading(n) for n in dict.fromkeys(n for _, n in self._chunks)}
-        self._no_flux = np.zeros(len(self.mass_rows))
+        self._no_flux = np.zeros((2, max(len(self.mass_rows), 1)))
 
-    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
-        dx, scheme = self.problem.grid.dx, self.scheme
-        for _ in range(max_steps):
-            if march.t >= target:
-                break
-            last = march.dt >= (target - march.t) * (1.0 - 1e-12)
-            dt = target - march.t if last else march.dt
-            for _ in range(MAX_RETRIES):
-                if not last and march.t + dt == march.t:
-                    return Outcome.NO_STEP
-                report = self._trial(march, dt)
-                cfl = report.max_speed * dt / dx
-                if not isfinite(cfl):
-                    return Outcome.BAD_STATE
-                if cfl <= scheme.cfl_max:
-                    break
-                march.rejected += 1
-                dt = march.dt = dt * scheme.cfl / cfl
-                last = False
-            else:
-                return Outcome.NO_STEP
-            if not self._good(march.next):
-                return Outcome.BAD_STATE
-            if report.lost:
-                if not march.lost:
-                    march.lost_face, march.lost_time = report.lost_face, march.t
-                march.lost += report.lost
-                if march.stop_when_lost:
-                    return Outcome.LOST_HYPERBOLICITY
-            march.now, march.next = march.next, march.now
-            march.t = target if last else march.t + dt
-            march.steps += 1
-            march.max_cfl = max(march.max_cfl, cfl)
-            march.left_in += dt * report.left_flux
-            march.right_out += dt * report.right_flux
-            march.dt = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
-        return Outcome.REACHED if march.t >= target else Outcome.PAUSED
-
-    def _trial(self, march: March, dt: float) -> Transport:
-        """Write the state after dt into ``march.next``."""
+    def trial(self, march: March, dt: float) -> Trial:
         splitting, sources = self.scheme.splitting, self.problem.sources
-        self._fill_ghosts(march.now, march.t)
-        start = march.now
+        q, new = march.now, march.next
+        self._fill_ghosts(q, march.t)
+        start = q
         if sources and splitting.before > 0.0:
             for source in sources:
-                self._act(source, start, self._work, splitting.before * dt)
+                self._act(source, start, self._work, splitting.before * dt, range(q.shape[1]))
                 start = self._work
-        report = self._transport(start, march.next, dt)
+        speed, flux, lost, lost_face = self._transport(start, new, dt)
         if splitting.after > 0.0:
             for source in reversed(sources):
-                self._act(source, march.next, march.next, splitting.after * dt)
-        return report
+                self._act(source, new, new, splitting.after * dt, range(self.halo, self.halo + self.cells))
+        return Trial(speed, self._good(new), flux, lost, lost_face)
 
     def _good(self, padded: np.ndarray) -> bool:
         """Whether a state is finite, without negative masses, and admissible. Its ghost cells are those of an earlier one."""
@@ -110,11 +62,11 @@ class NumpyKernel(Kernel):
             for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
                 row[ghosts] = component
 
-    def _transport(self, q: np.ndarray, out: np.ndarray, dt: float) -> Transport:
-        """Write into ``out`` the state after a transport step of length dt from the padded state ``q``."""
+    def _transport(self, q: np.ndarray, out: np.ndarray, dt: float) -> tuple[float, np.ndarray, int, int]:
+        """Write into ``out`` the state after transport for dt; return largest speed, end fluxes, lost faces and the first."""
         ratio, last_cell = dt / self.problem.grid.dx, self.halo + self.cells - 1
         speeds, lost, lost_face = [], 0, -1
-        left = right = self._no_flux
+        flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
             here = slice(self.halo + start, self.halo + start + n)
@@ -124,14 +76,14 @@ class NumpyKernel(Kernel):
             speeds.append(_largest(fields["speeds"]))
             if self.mass_rows and not self.closed:
                 if start == 0:
-                    left = self._end_flux(q[:, self.halo], fields, "right_going", 0, -1.0)
+                    flux[0] = self._end_flux(q[:, self.halo], fields, "right_going", 0, -1.0)
                 if start + n == self.cells:
-                    right = self._end_flux(q[:, last_cell], fields, "left_going", n, 1.0)
+                    flux[1] = self._end_flux(q[:, last_cell], fields, "left_going", n, 1.0)
             faces = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
             if len(faces):
                 lost_face = start + int(faces[0]) if not lost else lost_face
                 lost += len(faces)
-        return Transport(float(np.maximum.reduce(speeds)), left, right, lost, lost_face)
+        return float(np.maximum.reduce(speeds)), flux, lost, lost_face
 
     def _lost_faces(self, q: Field, n: int, closing: bool) -> Any:
         """Faces of a chunk whose Roe mean has complex speeds; the last face belongs to the next chunk."""
@@ -152,11 +104,11 @@ class NumpyKernel(Kernel):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
-    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float) -> None:
-        """Write into ``out`` the padded state q after the source's pointwise step."""
-        width = q.shape[1]
-        for start in range(0, width, self._chunks[0][1] + 2 * self.halo):
-            here = slice(start, min(start + self._chunks[0][1] + 2 * self.halo, width))
+    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float, cells: range) -> None:
+        """Write into ``out`` those cells of the padded state q after the source's pointwise step."""
+        length = self._chunks[0][1] + 2 * self.halo
+        for start in cells[::length]:
+            here = slice(start, min(start + length, cells.stop))
             result = source.step(self.problem.model, tuple(q[:, here]), tuple(self.aux[:, here]), dt)
             for row, component in zip(out, result, strict=True):
                 row[here] = component
@@ -184,10 +136,10 @@ class NumpyKernel(Kernel):
         """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
         return slice(low + offset - self._lows[field], n + high + offset - self._lows[field])
 
-    def _end_flux(self, q: np.ndarray, fields: dict[str, Field], name: str, face: int, sign: float) -> np.ndarray:
+    def _end_flux(self, q: np.ndarray, fields: dict[str, Field], name: str, face: int, sign: float) -> list[float]:
         """Mass fluxes through an end face: the flux of the cell inside and the fluctuation that enters it."""
         flux, at = self.problem.model.flux(tuple(q)), face - self._lows[name]
-        return np.array([flux[row] + sign * fields[name][row][at] for row in self.mass_rows])
+        return [flux[row] + sign * fields[name][row][at] for row in self.mass_rows]
 
 
 def _slice(cells: range) -> slice:

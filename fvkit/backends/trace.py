@@ -2,7 +2,7 @@
 
 Pointwise code has no branches on values, so one run on symbols sees all of it: models, solvers, helpers, loops over
 components, whatever Python builds it from. What comes out is a graph of elementary operations, equal ones shared. Its
-text is the content of what is compiled: two sources that compute the same are the same.
+text is the content of what is compiled: two sources that compute the same are the same. A literal 0 times a value is 0.
 """
 
 import math
@@ -56,11 +56,6 @@ class Expr:
         #: Whether it is the same in every cell: parameters and what is computed from them alone.
         self.uniform = operation == "uniform" or (operation != "load" and all(
             item.uniform for item in arguments if isinstance(item, Expr)))
-
-    @property
-    def name(self) -> str:
-        """Name of the variable that holds it."""
-        return f"v{self.index}"
 
     def __add__(self, other: Any) -> Any:
         return _add(self.graph, self, other)
@@ -233,17 +228,56 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 
 
-@attrs.define
 class Formatter:
-    """Turns nodes into text that numba compiles to straight code without branches."""
+    """Turns nodes into text that numba compiles to straight code without branches.
+
+    Few variables, and none that is assigned in two places: both cost the compiler seconds. So what is used once is
+    written where it is used, and every block has names of its own.
+    """
 
     infix: ClassVar[tuple[str, ...]] = ("+", "-", "*", "/", "<", "<=", ">", ">=", "==", "!=", "&", "|")
     calls: ClassVar[dict[str, str]] = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
+    #: Operations whose text names an argument more than once.
+    repeating: ClassVar[tuple[str, ...]] = ("maximum", "minimum", "sign", "isfinite", "isnan")
+    #: Nesting of expressions stops here.
+    deepest: ClassVar[int] = 12
+
+    def __init__(self) -> None:
+        self._blocks = 0
+        self._inline: dict[int, tuple[str, int]] = {}
+
+    def block(self, roots: list[Any], uniform: bool) -> list[str]:
+        """Return the assignments that compute the roots, those of uniform nodes only if asked for."""
+        self._blocks += 1
+        self._inline = {}
+        nodes = needed(roots)
+        uses = dict.fromkeys((node.index for node in nodes), 0)
+        for root in roots:
+            if isinstance(root, Expr):
+                uses[root.index] += 2
+        for node in nodes:
+            for item in node.arguments:
+                if isinstance(item, Expr):
+                    uses[item.index] += 2 if node.operation in self.repeating else 1
+        lines = []
+        for node in nodes:
+            if node.uniform and not uniform:
+                continue
+            inner = [self._inline.get(item.index, ("", 0))[1] for item in node.arguments if isinstance(item, Expr)]
+            depth = 1 + max(inner, default=0)
+            right = self.text(node)
+            if uses[node.index] == 1 and not node.uniform and depth < self.deepest:
+                self._inline[node.index] = (right if node.operation == "load" else f"({right})", depth)
+            else:
+                lines.append(f"{self.argument(node)} = {right}")
+        return lines
 
     def argument(self, item: Any) -> str:
-        """Text of an argument: a variable or a number."""
+        """Text of an argument: a variable, an expression that is used once, or a number."""
         if isinstance(item, Expr):
-            return item.name
+            if item.index in self._inline:
+                return self._inline[item.index][0]
+            return f"u{item.index}" if item.uniform else f"v{self._blocks}_{item.index}"
         if isinstance(item, bool):
             return repr(item)
         if math.isfinite(item):
@@ -251,7 +285,9 @@ class Formatter:
         return "nan" if math.isnan(item) else "inf" if item > 0.0 else "(-inf)"
 
     def text(self, node: Expr) -> str:
-        """The right-hand side of the assignment that computes a node."""
+        """The expression that computes a node."""
+        if node.operation in ("load", "uniform"):
+            return str(node.arguments[0])
         operation, items = node.operation, [self.argument(item) for item in node.arguments]
         if operation in self.infix:
             return f"{items[0]} {operation} {items[1]}"

@@ -39,8 +39,8 @@ def test_only_what_a_scheme_uses_is_generated():
     assert len(set(lengths)) == 5
     assert "hit" in full
     assert "hit" not in no_fix
-    assert " exp(" not in full
-    assert " exp(" in text(fv.WavePropagation(fv.Roe()), sources=(gr.ConstantDrag(1.0),))
+    assert not re.search(r"\bexp\(", full)
+    assert re.search(r"\bexp\(", text(fv.WavePropagation(fv.Roe()), sources=(gr.ConstantDrag(1.0),)))
     assert "aux[" in full
     assert "aux[" not in text(fv.WavePropagation(fv.HLL()), fv.Burgers())
 
@@ -63,7 +63,7 @@ def test_a_model_without_topography_pays_for_none():
 def test_the_loops_are_vectorised(model):
     problem = fv.Problem(model, fv.Grid(0.0, 1.0, 20), np.ones((len(model.conserved), 20)), 1.0)
     scheme = fv.WavePropagation(fv.Roe(), entropy_fix=False)
-    module = NumbaKernel(problem, scheme, scheme.parts(model, ()))._module
+    module = NumbaKernel(problem, scheme, scheme.parts(model, ())).module
     code = "\n".join(module.advance.inspect_asm().values()) or "\n".join(
         str(item) for item in module.advance.inspect_asm(module.advance.signatures[0]))
     if not code.strip():

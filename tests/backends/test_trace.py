@@ -32,9 +32,10 @@ def evaluate(function, x: float, y: float) -> float:
     graph = Graph()
     result = function(graph.node("load", "x"), graph.node("load", "y"))
     space = {**{name: getattr(math, name) for name in dir(math)}, "x": x, "y": y}
-    for node in needed([result]):
-        exec(f"{node.name} = {node.arguments[0] if node.operation == 'load' else Formatter().text(node)}", space)
-    return float(eval(Formatter().argument(result), space))
+    formatter = Formatter()
+    for line in formatter.block([result], uniform=True):
+        exec(line, space)
+    return float(eval(formatter.argument(result), space))
 
 
 @pytest.mark.parametrize("name", OPERATIONS)

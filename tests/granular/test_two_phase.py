@@ -263,10 +263,10 @@ def test_a_face_between_equal_states_loses_hyperbolicity_where_the_state_has(gam
     hs, vs, hf, vf = near_limits(12, 2000)
     q = conserved(hs, vs, hf, vf)
     model = gr.TwoPhase(G, gamma)
-    np.testing.assert_allclose(
-        model.hyperbolic_discriminant(tuple(q), tuple(q)), model.hyperbolicity_margin(q), atol=1e-8
-    )
-    lost = model.hyperbolicity_margin(q) < -1e-9
+    margin = model.hyperbolicity_margin(q)
+    clear = np.abs(margin) > 1e-9
+    np.testing.assert_array_equal((model.hyperbolic_discriminant(tuple(q), tuple(q)) < 0.0)[clear], (margin < 0.0)[clear])
+    lost = margin < -1e-9
     assert np.asarray(model.may_lose_hyperbolicity(tuple(q), tuple(q)))[lost].all()
 
 

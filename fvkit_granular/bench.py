@@ -1,0 +1,193 @@
+"""`bench`: nanoseconds per cell and step against the number of cells, for every model, solver, backend and order."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+import attrs
+import numpy as np
+from matplotlib.figure import Figure
+
+from fvkit import HLL, Grid, Model, Periodic, Problem, RiemannSolver, Roe, Rusanov, Stepper, WavePropagation
+from fvkit.backends.numba_kernel import available
+from fvkit.io import write_whole
+from fvkit.names import public_name
+from fvkit.plot import MARKERS, new_axes, style
+from fvkit.study.report import environment
+from fvkit_granular.pyclaw import pyclaw_runs
+from fvkit_granular.reduced import Reduced
+from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.two_phase import TwoPhase
+
+#: A timed block takes about this long, s, and at least this many steps.
+BLOCK, LEAST_STEPS = 0.05, 3
+
+Run = Callable[[int], float]
+
+
+class Case(NamedTuple):
+    """What is measured: everything but the number of cells."""
+
+    model: str
+    riemann: str
+    order: int
+    backend: str
+
+    @property
+    def label(self) -> str:
+        """For legends."""
+        return f"{self.model} {self.riemann}, order {self.order}, {self.backend}"
+
+
+def flow(model: Model, cells: int) -> Problem:
+    """Smooth periodic waves over a smooth bottom, with slip where the model has it: no cell is constant."""
+    def initial(x: np.ndarray) -> np.ndarray:
+        h = 1.0 + 0.4 * np.exp(-100.0 * (x - 0.4) ** 2) - bottom(x)
+        return model.conserved_from(h, 0.5 + 0.2 * np.sin(2.0 * np.pi * x), 0.1, -0.1)  # type: ignore[attr-defined]
+
+    return Problem(model, Grid(0.0, 1.0, cells), initial, 1e9, aux={"b": bottom}, boundary=Periodic())
+
+
+def bottom(x: np.ndarray) -> np.ndarray:
+    """Return 0.1 sin(2 pi x)."""
+    return 0.1 * np.sin(2.0 * np.pi * x)
+
+
+def stepping(model: Model, riemann: RiemannSolver, order: int, backend: str, cells: int) -> Run:
+    """Return a function that takes k steps and returns the seconds per step, stepping alone."""
+    stepper = Stepper(flow(model, cells), WavePropagation(riemann, order=order), backend=backend, nonhyperbolic="ignore")
+
+    def run(steps: int) -> float:
+        before = stepper.stats().seconds
+        stepper.run(np.inf, steps)
+        return (stepper.stats().seconds - before) / steps
+
+    return run
+
+
+def measure(runs: dict[Case, Run], cells: int, repeats: int) -> list[dict[str, Any]]:
+    """Time all runs, interleaved, after a warm-up; return one row each."""
+    steps = {}
+    for case, run in runs.items():
+        run(LEAST_STEPS)
+        steps[case] = max(LEAST_STEPS, int(BLOCK / run(LEAST_STEPS)))
+    times: dict[Case, list[float]] = {case: [] for case in runs}
+    for _ in range(repeats):
+        for case, run in runs.items():
+            times[case].append(run(steps[case]))
+    return [{**case._asdict(), "cells": cells, "steps": steps[case], "ns_per_cell_step": 1e9 * median(values) / cells,
+             "ns_per_cell_step_min": 1e9 * min(values) / cells} for case, values in times.items()]
+
+
+@attrs.frozen
+class Bench:
+    """Result of a benchmark: rows, and where they were measured."""
+
+    rows: list[dict[str, Any]] = attrs.field(repr=lambda rows: f"<{len(rows)} rows>")
+    machine: dict[str, Any]
+    versions: dict[str, str]
+
+    def series(self) -> dict[Case, list[dict[str, Any]]]:
+        """Rows that differ only in their number of cells."""
+        result: dict[Case, list[dict[str, Any]]] = {}
+        for row in self.rows:
+            result.setdefault(Case(*(row[field] for field in Case._fields)), []).append(row)
+        return result
+
+    def ratios(self) -> list[str]:
+        """PyClaw's time over ours for shallow water, at each number of cells."""
+        series, lines = self.series(), []
+        ours = {order: {row["cells"]: row["ns_per_cell_step"]
+                        for row in series.get(Case("shallow-water", "roe", order, "numba"), [])} for order in (1, 2)}
+        for case, rows in series.items():
+            if case.backend == "pyclaw":
+                found = [f"{row['ns_per_cell_step'] / ours[case.order][row['cells']]:.1f} at {row['cells']}" for row in rows
+                         if row["cells"] in ours[case.order]]
+                lines.append(f"PyClaw's Fortran ({case.riemann}) takes x our compiled Roe: {', '.join(found)} cells")
+        return lines
+
+    def table(self) -> str:
+        """Return one line per case, a column per number of cells: median, in brackets minimum."""
+        cells = sorted({row["cells"] for row in self.rows})
+        lines = [["ns per cell and step", *(f"N = {count}" for count in cells)]]
+        for case, rows in self.series().items():
+            found = {row["cells"]: f"{row['ns_per_cell_step']:.1f} ({row['ns_per_cell_step_min']:.1f})" for row in rows}
+            lines.append([case.label, *(found.get(count, "-") for count in cells)])
+        widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
+        text = ["  ".join(item.ljust(width) if k == 0 else item.rjust(width)
+                          for k, (item, width) in enumerate(zip(line, widths, strict=True))) for line in lines]
+        versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
+        machine = f"{self.machine['processor']}, one thread; {versions}"
+        return "\n".join([*text, "", "median (minimum) of interleaved repeats, stepping only", machine, *self.ratios()])
+
+    def plot(self) -> Figure:
+        """Return the picture: a panel per model."""
+        models = list(dict.fromkeys(case.model for case in self.series()))
+        figure, axes = new_axes(1, len(models), width=4.6, height=4.6)
+        solvers = list(dict.fromkeys(case.riemann for case in self.series()))
+        for ax, model in zip(axes, models, strict=True):
+            for case, rows in self.series().items():
+                if case.model == model:
+                    look = style(solvers.index(case.riemann)) | {"marker": MARKERS[solvers.index(case.riemann) % len(MARKERS)]}
+                    dash = {"numba": "-", "numpy": "--"}.get(case.backend, ":")
+                    ax.loglog([row["cells"] for row in rows], [row["ns_per_cell_step"] for row in rows], linestyle=dash, **look,
+                              markersize=4, linewidth=2.0 if case.order == 2 else 0.9,
+                              label=f"{case.riemann}, order {case.order}, {case.backend}")
+            ax.set(title=model, xlabel="cells", ylabel="ns per cell and step")
+            ax.grid(which="major", alpha=0.35)
+        handles = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize="x-small", frameon=False)
+        return figure
+
+    def save(self, folder: str | Path) -> Path:
+        """Write bench.json and bench.png into ``folder``, which is made if missing."""
+        target = Path(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        document = {"machine": self.machine, "versions": self.versions, "rows": self.rows}
+        write_whole(target / "bench.json", lambda file: file.write(json.dumps(document, indent=1).encode()))
+        figure = self.plot()
+        write_whole(target / "bench.png", lambda file: figure.savefig(file, format="png", dpi=130))
+        return target
+
+
+def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[int] = (1, 2),
+          backends: Sequence[str] | None = None, repeats: int = 5, progress: Callable[[str], None] | None = None) -> Bench:
+    """Measure every model, solver, backend and order at every number of cells, interleaved.
+
+    Parameters
+    ----------
+    cells, orders : what to measure.
+    backends : ``"numba"`` and ``"numpy"``; default: those that are installed.
+    repeats : timed blocks of each, of about 0.05 s.
+    progress : function that receives a line of text now and then.
+
+    Returns
+    -------
+    Bench
+        PyClaw's Fortran solvers for shallow water are measured in the same run where ``clawpack`` is installed.
+    """
+    tell = progress or (lambda line: None)
+    chosen = backends or (("numba", "numpy") if available() else ("numpy",))
+    rows: list[dict[str, Any]] = []
+    for count in cells:
+        runs: dict[Case, Run] = {}
+        for model in (TwoPhase(), Reduced(), ShallowWater()):
+            for riemann in (Roe(), HLL(), Rusanov()):
+                for order in orders:
+                    for backend in chosen:
+                        case = Case(public_name(model), public_name(riemann), order, backend)
+                        tell(f"N = {count}: preparing {case.label}")
+                        runs[case] = stepping(model, riemann, order, backend, count)
+        if find_spec("clawpack") is not None:
+            runs |= {Case("shallow-water", name, order, "pyclaw"): run
+                     for (name, order), run in pyclaw_runs(count, orders, bottom).items()}
+        tell(f"N = {count}: measuring {len(runs)} cases")
+        started = time.perf_counter()
+        rows += measure(runs, count, repeats)
+        tell(f"N = {count}: {time.perf_counter() - started:.0f} s")
+    machine, versions = environment("fvkit", "numpy", "numba", "clawpack")
+    return Bench(rows, machine, versions)

@@ -1,0 +1,41 @@
+"""The benchmark: every case is measured, the files are whole, the ratio to PyClaw is computed from rows of one run."""
+
+import json
+
+import pytest
+
+from fvkit_granular.bench import Bench, bench
+
+MACHINE = {"processor": "p", "cores": 2, "system": "s"}
+
+
+def test_every_model_solver_and_order_is_measured(tmp_path, monkeypatch):
+    monkeypatch.setattr("fvkit_granular.bench.BLOCK", 1e-4)
+    monkeypatch.setattr("fvkit_granular.bench.find_spec", lambda name: None)
+    lines: list[str] = []
+    result = bench((20, 40), (1, 2), ("numpy",), repeats=2, progress=lines.append)
+    assert len(result.rows) == 2 * 3 * 3 * 2
+    assert all(0.0 < row["ns_per_cell_step_min"] <= row["ns_per_cell_step"] for row in result.rows)
+    assert any("measuring" in line for line in lines)
+    folder = result.save(tmp_path / "out")
+    assert len(json.loads((folder / "bench.json").read_text())["rows"]) == 36
+    assert (folder / "bench.png").read_bytes()[:4] == b"\x89PNG"
+    assert "two-phase roe, order 2, numpy" in result.table()
+
+
+def test_the_ratio_to_pyclaw_is_that_of_the_medians():
+    common = {"model": "shallow-water", "order": 2, "cells": 1000, "steps": 1}
+    rows = [{**common, "riemann": "roe", "backend": "numba", "ns_per_cell_step": 5.0, "ns_per_cell_step_min": 4.0},
+            {**common, "riemann": "f-wave", "backend": "pyclaw", "ns_per_cell_step": 110.0, "ns_per_cell_step_min": 100.0}]
+    assert Bench(rows, MACHINE, {}).ratios() == ["PyClaw's Fortran (f-wave) takes x our compiled Roe: 22.0 at 1000 cells"]
+    assert Bench(rows[:1], MACHINE, {}).ratios() == []
+
+
+def test_pyclaw_runs_where_it_is_installed(monkeypatch, tmp_path):
+    pytest.importorskip("clawpack", reason="PyClaw is not installed", exc_type=ImportError)
+    monkeypatch.chdir(tmp_path)
+    from fvkit_granular.bench import bottom
+    from fvkit_granular.pyclaw import pyclaw_runs
+
+    for run in pyclaw_runs(100, (2,), bottom).values():
+        assert run(3) > 0.0
