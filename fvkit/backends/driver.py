@@ -1,10 +1,47 @@
 """The text of the compiled time loop, the same for every kernel: one step over all tiles, and steps up to a time."""
 
+#: Selections as single instructions: a conditional expression would cost the compiler two blocks each.
+SELECT = '''
+from numba import boolean, float64, int64
+from numba.extending import intrinsic
+
+
+@intrinsic
+def select(typing_context, condition, a, b):
+    def code(context, builder, signature, arguments):
+        return builder.select(*arguments)
+
+    return float64(boolean, float64, float64), code
+
+
+@intrinsic
+def larger(typing_context, a, b):
+    def code(context, builder, signature, arguments):
+        return builder.select(builder.fcmp_ordered(">", *arguments), *arguments)
+
+    return float64(float64, float64), code
+
+
+@intrinsic
+def smaller(typing_context, a, b):
+    def code(context, builder, signature, arguments):
+        return builder.select(builder.fcmp_ordered("<", *arguments), *arguments)
+
+    return float64(float64, float64), code
+
+
+@intrinsic
+def flag(typing_context, condition):
+    def code(context, builder, signature, arguments):
+        return builder.zext(arguments[0], context.get_value_type(int64))
+
+    return int64(boolean), code
+'''
+
 #: exp in arithmetic that vectorises: 2^k times a polynomial on |r| <= ln(2)/2, to one unit in the last place. Results below
 #: the normal range are 0.
 EXP = '''
-from numba import float64, int64, njit
-from numba.extending import intrinsic
+from numba import njit
 
 
 @intrinsic

@@ -3,7 +3,8 @@
 A tile of cells is copied into one scratch buffer, every field a row at a fixed offset; each group of stages is one loop
 from 0; the new cells are copied out. Rows are longer than a page, offsets are constants, nothing is indexed from below:
 each of these was measured to matter by a factor. Stages that cover the same range and read each other's fields only at
-offset 0 share a loop; a stage with a guard has its own, behind a test that the loop before it makes.
+offset 0 share a loop; a light stage is computed again where it is read; a stage with a guard has its own loop, behind a
+test that the loop before it makes.
 """
 
 from collections.abc import Callable
@@ -14,7 +15,7 @@ import attrs
 from fvkit.backends.halo import Plan
 from fvkit.backends.trace import Expr, Formatter, Graph, Untraceable, with_symbols
 from fvkit.problem import Problem
-from fvkit.schemes.base import Parts, Scheme, Stage
+from fvkit.schemes.base import Parts, Read, Scheme, Stage
 
 #: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
 TILE, SPARE = 509, 19
@@ -64,6 +65,7 @@ class Generator:
         self.boundary = tuple(self._symbolic(side) for side in problem.boundary)
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
         self.fields: dict[str, Any] = {}
+        self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
 
     def _symbolic(self, part: Any) -> Any:
         def symbol() -> Expr:
@@ -87,24 +89,46 @@ class Generator:
 
     # ------------------------------------------------------------------ groups of stages
 
+    def reads(self, stage: Stage) -> list[Read]:
+        """What a stage reads from cells and other loops: light stages are replaced by what they read themselves."""
+        result: list[Read] = []
+        for field, first, last in stage.reads:
+            if field in self.light:
+                result += [Read(inner.field, first + inner.first, last + inner.last) for inner in self.reads(self.light[field])]
+            else:
+                result.append(Read(field, first, last))
+        return result
+
     def groups(self) -> list[tuple[tuple[int, int], list[Stage]]]:
         """Consecutive stages that share a loop."""
         result: list[tuple[tuple[int, int], list[Stage]]] = []
         for stage, span in zip(self.plan.stages, self.plan.ranges, strict=True):
+            if stage.light:
+                continue
             shares = bool(result) and result[-1][0] == span and stage.guard is None and result[-1][1][0].guard is None
             if shares:
                 written = {name for earlier in result[-1][1] for name in earlier.writes}
-                shares = all(read.field not in written or read.first == read.last == 0 for read in stage.reads)
+                shares = all(read.field not in written or read.first == read.last == 0 for read in self.reads(stage))
             if shares:
                 result[-1][1].append(stage)
             else:
                 result.append((span, [stage]))
         return result
 
-    def inputs(self, stage: Stage, low: int, own: dict[str, Any]) -> list[Any]:
-        """Symbols for everything that a stage reads; ``own`` are values of this very loop."""
-        return [own[field] if field in own and offset == 0 else self.loaded(self.fields[field], low + offset)
+    def inputs(self, stage: Stage, place: int, own: dict[str, Any], low: int) -> list[Any]:
+        """Symbols for everything that a stage reads at loop variable + place; ``own`` are values of this loop, at ``low``."""
+        return [self.value(field, place + offset, own, low)
                 for field, first, last in stage.reads for offset in range(first, last + 1)]
+
+    def value(self, field: str, place: int, own: dict[str, Any], low: int) -> Any:
+        """Symbols of a field at loop variable + place: of this loop, computed again if light, else from scratch."""
+        if field in own and place == low:
+            return own[field]
+        if field in self.light:
+            stage = self.light[field]
+            written = stage.compute(self.parts, self.ratio, *self.inputs(stage, place, own, low))
+            return dict(zip(stage.writes, written, strict=True))[field]
+        return self.loaded(self.fields[field], place)
 
     def loaded(self, value: Any, place: int) -> Any:
         """Symbols for every row in nested tuples at loop variable + place; constants and uniform symbols stay."""
@@ -170,7 +194,7 @@ class Generator:
         result, wanted = [], set(_KEPT[1:])
         for _, stages in reversed(self.groups()):
             result.append(set(wanted))
-            wanted |= {read.field for stage in stages for read in stage.reads}
+            wanted |= {read.field for stage in stages for read in self.reads(stage)}
         return list(reversed(result))
 
     def copy_in(self) -> None:
@@ -200,25 +224,25 @@ class Generator:
         (low, high), guarded = span, stages[0].guard is not None
         own: dict[str, Any] = {}
         for stage in stages:
-            inputs = self.inputs(stage, low, own)
+            inputs = self.inputs(stage, low, own, low)
             own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True))
         if guarded:
             self.emit("if hit != 0:")
         extra: list[tuple[str, Any]] = []
         for speed in own.get("speeds", ()):
             size = abs(speed) if isinstance(speed, Expr) else float(abs(speed))
-            extra.append(("sm = {0} if {0} > sm else sm", size))
+            extra.append(("sm = larger({}, sm)", size))
         if extra:
             extra = [("sm = smx[j]", None), *extra, ("smx[j] = sm", None)]
         if following.guard is not None:
             if guarded:
                 raise Untraceable("a guarded stage must follow one without guard")
-            condition = following.guard(self.parts, self.ratio, *self.inputs(following, low, own))
+            condition = following.guard(self.parts, self.ratio, *self.inputs(following, low, own, low))
             self.emit("hit = 0")
-            extra.append(("hit = hit | (1 if {} else 0)", condition))
+            extra.append(("hit = hit | flag({})", condition))
         if first and self.problem.model.defines("hyperbolic_discriminant"):
             self.emit("doubt = 0")
-            extra.append(("doubt = doubt | (1 if {} else 0)", self.suspect(*self.face(low))))
+            extra.append(("doubt = doubt | flag({})", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
         writes = self.store(kept, low, self.fields if guarded else None)
         self.loop(f"nt + {high - low}", writes, low, extra, 2 if guarded else 1)
@@ -246,14 +270,14 @@ class Generator:
         (low, _), stages = group
         own: dict[str, Any] = {}
         for stage in stages:
-            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own)), strict=True))
+            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own, low)), strict=True))
         q, aux = (tuple(self.load(row, low) for row in self.fields[name]) for name in ("q", "aux"))
         new = tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
         if self.scheme.splitting.after > 0.0:
             new = self.act(new, aux, self.after, self.parts.sources[::-1])
         rows = tuple(self.new_row(0) for _ in new)
         self.emit("bad = 0")
-        self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | (0 if {} else 1)", self.good(new))])
+        self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | flag({} == False)", self.good(new))])
         for k, row in enumerate(rows):
             self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
             self.emit("for j in range(nt):")

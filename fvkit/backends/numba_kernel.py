@@ -15,7 +15,7 @@ import numpy as np
 
 from fvkit.backends import cache
 from fvkit.backends.base import MAX_RETRIES, Kernel, March, Outcome
-from fvkit.backends.driver import DRIVER, EXP
+from fvkit.backends.driver import DRIVER, EXP, SELECT
 from fvkit.backends.generator import SPARE, TILE, generate
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
@@ -91,7 +91,7 @@ def _text(own: str, halo: int) -> str:
     constants = {"TILE": TILE, "EXTRA": 2 * halo, **{outcome.name: int(outcome) for outcome in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     extra = EXP if re.search(r"\bexp\(", own) else ""
-    return f"{_HEADER}\n{lines}\n{extra}\n\n{own}\n{DRIVER}"
+    return f"{_HEADER}\n{lines}\n{SELECT}{extra}\n\n{own}\n{DRIVER}"
 
 
 @lru_cache(maxsize=256)

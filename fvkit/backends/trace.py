@@ -236,9 +236,10 @@ class Formatter:
     """
 
     infix: ClassVar[tuple[str, ...]] = ("+", "-", "*", "/", "<", "<=", ">", ">=", "==", "!=", "&", "|")
-    calls: ClassVar[dict[str, str]] = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
+    calls: ClassVar[dict[str, str]] = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
+                                       "where": "select", "maximum": "larger", "minimum": "smaller"}
     #: Operations whose text names an argument more than once.
-    repeating: ClassVar[tuple[str, ...]] = ("maximum", "minimum", "sign", "isfinite", "isnan")
+    repeating: ClassVar[tuple[str, ...]] = ("sign", "isfinite", "isnan")
     #: Nesting of expressions stops here.
     deepest: ClassVar[int] = 12
 
@@ -291,14 +292,8 @@ class Formatter:
         operation, items = node.operation, [self.argument(item) for item in node.arguments]
         if operation in self.infix:
             return f"{items[0]} {operation} {items[1]}"
-        if operation == "where":
-            return f"{items[1]} if {items[0]} else {items[2]}"
-        if operation == "maximum":
-            return f"{items[0]} if {items[0]} > {items[1]} else {items[1]}"
-        if operation == "minimum":
-            return f"{items[0]} if {items[0]} < {items[1]} else {items[1]}"
         if operation == "sign":
-            return f"1.0 if {items[0]} > 0.0 else (-1.0 if {items[0]} < 0.0 else {items[0]})"
+            return f"select({items[0]} > 0.0, 1.0, select({items[0]} < 0.0, -1.0, {items[0]}))"
         if operation == "not":
             return f"{items[0]} == False"
         if operation == "neg":

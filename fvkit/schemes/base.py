@@ -44,12 +44,14 @@ class Stage:
     reads : the fields it reads, with offsets; a backend sums the halo from them.
     writes : the fields it writes. A guarded stage writes fields that exist already.
     guard : pointwise condition with the same arguments. Where no cell of a tile asks, the stage is not run there.
+    light : whether a backend may compute the stage again where it is read instead of keeping what it writes.
     """
 
     compute: Callable[..., tuple[Any, ...]]
     reads: tuple[Read, ...]
     writes: tuple[str, ...]
     guard: Callable[..., Any] | None = None
+    light: bool = False
 
 
 @attrs.frozen

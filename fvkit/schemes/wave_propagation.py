@@ -86,13 +86,15 @@ class WavePropagation(Scheme):
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         riemann = self.riemann
-        result = [Stage(fluctuations, _FACE, ("waves", "speeds", "sides", *_BOTH))]
+        result = [Stage(riemann_problem, _FACE, ("jump", "waves", "speeds")),
+                  Stage(upwinding, (Read("speeds", 0, 0),), ("sides",), light=True),
+                  Stage(fluctuations, (Read("jump", 0, 0), Read("waves", 0, 0), Read("sides", 0, 0)), _BOTH)]
         if self.entropy_fix and riemann.eigenvectors:
             result.append(Stage(entropy_viscosity, (*_FACE, Read("speeds", 0, 0), *_FLUCTUATIONS), _BOTH, guard=transonic))
         if self.order == 2:
             limits = any(limiter.limits for limiter in parts.limiters)
             if limits:
-                result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",)))
+                result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",), light=True))
             waves = (Read("waves", 0, 0), Read("speeds", 0, 0), Read("sides", 0, 0), *_FLUCTUATIONS,
                      *((Read("overlaps", 0, 1),) if limits else ()))
             correction = eigenvector_correction if riemann.eigenvectors else matrix_correction
@@ -103,13 +105,21 @@ class WavePropagation(Scheme):
         return tuple(result)
 
 
-def fluctuations(parts, ratio, ql, qr, auxl, auxr):
-    """Split the jump of a face into what travels left and what travels right."""
+def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
+    """Resolve the jump of a face into waves."""
     jump = parts.model.jump(ql, qr, auxl, auxr)
-    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
-    sides = tuple(0.5 * np.sign(speed) for speed in speeds)
+    return jump, *parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+
+
+def upwinding(parts, ratio, speeds):
+    """Return half the sign of every speed: 1/2 minus it is the share of the wave that travels left."""
+    return (tuple([0.5 * np.sign(speed) for speed in speeds]),)
+
+
+def fluctuations(parts, ratio, jump, waves, sides):
+    """Split the jump of a face into what travels left and what travels right."""
     left = weighted([0.5 - side for side in sides], waves)
-    return waves, speeds, sides, left, subtract(jump, left)
+    return left, subtract(jump, left)
 
 
 def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):

@@ -31,7 +31,8 @@ def evaluate(function, x: float, y: float) -> float:
     """Trace a function, and run the text that came out as Python."""
     graph = Graph()
     result = function(graph.node("load", "x"), graph.node("load", "y"))
-    space = {**{name: getattr(math, name) for name in dir(math)}, "x": x, "y": y}
+    space = {**{name: getattr(math, name) for name in dir(math)}, "x": x, "y": y, "larger": max, "smaller": min,
+             "select": lambda condition, a, b: a if condition else b}
     formatter = Formatter()
     for line in formatter.block([result], uniform=True):
         exec(line, space)
