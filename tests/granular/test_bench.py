@@ -31,6 +31,7 @@ def test_the_ratio_to_pyclaw_is_that_of_the_medians():
     assert Bench(rows[:1], MACHINE, {}).ratios() == []
 
 
+@pytest.mark.filterwarnings("ignore")  # PyClaw's own
 def test_pyclaw_runs_where_it_is_installed(monkeypatch, tmp_path):
     pytest.importorskip("clawpack", reason="PyClaw is not installed", exc_type=ImportError)
     monkeypatch.chdir(tmp_path)

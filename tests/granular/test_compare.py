@@ -10,8 +10,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.study.report import Report, observed_orders, time_to_reach
 
-KEYS = ("model riemann limiter order backend cells steps rejected seconds seconds_min ns_per_cell_step error error_l2 error_max "
-        "order_observed mass_drift status").split()
+KEYS = ["model", "riemann", "limiter", "order", "backend", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max", "order_observed", "mass_drift", "status"]
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,26 @@
+"""The documents: every link and picture is there, and every command that they show exists."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fvkit.cli import build_parser
+
+TOP = Path(__file__).parent.parent
+PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_and_pictures_exist(page):
+    for target in re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8")):
+        assert target.startswith("http") or (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_commands_parse(page):
+    parser = build_parser()
+    for command in re.findall(r"`fvkit ([a-z][^`]*)`", page.read_text(encoding="utf-8")):
+        words = command.split()
+        if not any(word.isupper() for word in words) and "--help" not in words:
+            assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"]) else words)
