@@ -1,123 +1,51 @@
 """The text of the compiled time loop, the same for every kernel: one step over all tiles, and steps up to a time."""
 
-#: Selections as single instructions: a conditional expression would cost the compiler two blocks each.
-SELECT = '''
-from numba import boolean, float64, int64
-from numba.extending import intrinsic
+from textwrap import indent
 
-
-@intrinsic
-def select(typing_context, condition, a, b):
-    def code(context, builder, signature, arguments):
-        return builder.select(*arguments)
-
-    return float64(boolean, float64, float64), code
-
-
-@intrinsic
-def larger(typing_context, a, b):
-    def code(context, builder, signature, arguments):
-        return builder.select(builder.fcmp_ordered(">", *arguments), *arguments)
-
-    return float64(float64, float64), code
-
-
-@intrinsic
-def smaller(typing_context, a, b):
-    def code(context, builder, signature, arguments):
-        return builder.select(builder.fcmp_ordered("<", *arguments), *arguments)
-
-    return float64(float64, float64), code
-
-
-@intrinsic
-def flag(typing_context, condition):
-    def code(context, builder, signature, arguments):
-        return builder.zext(arguments[0], context.get_value_type(int64))
-
-    return int64(boolean), code
+#: All tiles from ``begin`` to ``end``: leaves the largest speed in ``speed``, whether a state is bad in ``bad``.
+_STEP = '''\
+found[0] = 0
+found[1] = -1
+lanes = min(n, TILE) + EXTRA
+for j in range(lanes):
+    smx[j] = 0.0
+bad = 0
+for k in range(begin, end):
+    c0 = k * TILE
+    nt = min(TILE, n - c0)
+    closing = 1 if c0 + nt == n else 0
+    bad = bad | tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found)
+    if k == 0:
+        flux[0, :] = ends[0, :]
+flux[1, :] = ends[1, :]
+while lanes > 8:
+    half = (lanes + 1) // 2
+    for j in range(lanes - half):
+        other = smx[half + j]
+        smx[j] = other if other > smx[j] else smx[j]
+    lanes = half
+speed = 0.0
+for j in range(lanes):
+    speed = max(speed, smx[j])
 '''
 
-#: exp in arithmetic that vectorises: 2^k times a polynomial on |r| <= ln(2)/2, to one unit in the last place. Results below
-#: the normal range are 0.
-EXP = '''
-from numba import njit
-
-
-@intrinsic
-def bits_to_float(typing_context, bits):
-    from llvmlite import ir
-
-    def code(context, builder, signature, arguments):
-        return builder.bitcast(arguments[0], ir.DoubleType())
-
-    return float64(int64), code
-
-
-@njit(forceinline=True, error_model="numpy", fastmath={"contract"}, nogil=True)
-def exp(x):
-    y = 709.0 if x > 709.0 else x
-    y = -708.0 if y < -708.0 else y
-    shifted = y * 1.4426950408889634 + 6755399441055744.0
-    k = shifted - 6755399441055744.0
-    r = (y - k * 0.6931471803691238) - k * 1.9082149292705877e-10
-    p = 2.08767569878681e-09
-    p = p * r + 2.505210838544172e-08
-    p = p * r + 2.755731922398589e-07
-    p = p * r + 2.7557319223985893e-06
-    p = p * r + 2.48015873015873e-05
-    p = p * r + 1.984126984126984e-04
-    p = p * r + 1.3888888888888889e-03
-    p = p * r + 8.333333333333333e-03
-    p = p * r + 4.1666666666666664e-02
-    p = p * r + 0.16666666666666666
-    p = p * r + 0.5
-    p = p * r + 1.0
-    p = p * r + 1.0
-    result = p * bits_to_float((int64(k) + 1023) << 52)
-    result = inf if x > 709.782712893384 else result
-    return 0.0 if x < -708.0 else result
-'''
-
-DRIVER = '''
+_TILES = '''
 def tiles(begin, end, q, out, aux, n, ratio, before, after, par, buf, smx, ends, flux, found):
-    found[0] = 0
-    found[1] = -1
-    lanes = min(n, TILE) + EXTRA
-    for j in range(lanes):
-        smx[j] = 0.0
-    bad = 0
-    for k in range(begin, end):
-        c0 = k * TILE
-        nt = min(TILE, n - c0)
-        closing = 1 if c0 + nt == n else 0
-        bad = bad | tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found)
-        if k == 0:
-            flux[0, :] = ends[0, :]
-    flux[1, :] = ends[1, :]
-    while lanes > 8:
-        half = (lanes + 1) // 2
-        for j in range(lanes - half):
-            other = smx[half + j]
-            smx[j] = other if other > smx[j] else smx[j]
-        lanes = half
-    speed = 0.0
-    for j in range(lanes):
-        speed = max(speed, smx[j])
+@@
     return speed, bad
 
 
-def step(q, out, aux, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
-    ghosts(q, n, par, values)
-    return tiles(0, (n + TILE - 1) // TILE, q, out, aux, n, ratio, before, after, par, buf, smx, ends, flux, found)
+'''
 
-
-def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, before, after, stop_when_lost,
+_ADVANCE = '''\
+def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, share_before, share_after, stop_when_lost,
             par, values, buf, smx, ends, flux, masses, real, count, found):
     t = real[0]
     dt = real[1]
     outcome = PAUSED
     taken = 0
+    begin = 0
+    end = (n + TILE - 1) // TILE
     while taken < max_steps and t < target:
         last = dt >= (target - t) * (1.0 - 1e-12)
         h = target - t if last else dt
@@ -126,7 +54,11 @@ def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, be
         while tries < retries:
             if not last and t + h == t:
                 break
-            speed, bad = step(q, out, aux, n, h / dx, before * h, after * h, par, values, buf, smx, ends, flux, found)
+            ghosts(q, n, par, values)
+            ratio = h / dx
+            before = share_before * h
+            after = share_after * h
+@@
             cfl = speed * h / dx
             if cfl <= cfl_max:
                 accepted = True
@@ -170,3 +102,7 @@ def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, be
         outcome = REACHED
     return outcome
 '''
+
+#: ``tiles`` for threads, each its share; ``advance`` for one, with the same step written out: a call in between would cost
+#: the compiler a second round over everything.
+DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + _ADVANCE.replace("@@\n", indent(_STEP, 12 * " "))

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import attrs
 
+from fvkit.backends.emit import Block, block, is_condition
 from fvkit.backends.halo import Plan
-from fvkit.backends.trace import Expr, Formatter, Graph, Untraceable, with_symbols
+from fvkit.backends.trace import Expr, Graph, Untraceable, with_symbols
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 
@@ -41,11 +42,13 @@ class Source:
 
     Parameters
     ----------
-    text : module source with ``tile`` and ``ghosts``.
+    text : module source with ``tile`` and ``ghosts``, and the content of the blocks that they call.
+    blocks : the blocks.
     rows : rows of scratch.
     """
 
     text: str
+    blocks: tuple[Block, ...]
     rows: int
 
 
@@ -56,7 +59,7 @@ class Generator:
         self.problem, self.scheme, self.plan = problem, scheme, plan
         self.lines: list[str] = []
         self.graph = Graph()
-        self.formatter = Formatter()
+        self.blocks: list[Block] = []
         self.rows = 0
         self.names: list[str] = []
         self.parts = Parts(self._symbolic(parts.model), self._symbolic(parts.riemann),
@@ -158,16 +161,33 @@ class Generator:
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1) -> None:
         """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value."""
         self.emit(f"for j in range({count}):", depth)
-        self.assign([value for _, value in (*writes, *extra)], depth + 1)
-        for line, value in extra:
-            self.emit(line.format(self.formatter.argument(value) if value is not None else ""), depth + 1)
-        for row, value in writes:
-            self.emit(f"{row.at(low)} = {self.formatter.argument(value)}", depth + 1)
+        names = self.assign([value for _, value in (*extra, *writes)], depth + 1)
+        for (line, _), name in zip(extra, names, strict=False):
+            self.emit(line.format(name), depth + 1)
+        for (row, _), name in zip(writes, names[len(extra):], strict=True):
+            self.emit(f"{row.at(low)} = {name}", depth + 1)
 
-    def assign(self, roots: list[Any], depth: int, uniform: bool = False) -> None:
-        """Emit what the roots are computed from, and what is uniform too if asked for."""
-        for line in self.formatter.block(roots, uniform):
-            self.emit(line, depth)
+    def assign(self, values: list[Any], depth: int, fixed: bool = False) -> list[str]:
+        """Emit the call of a block that computes the values; return the name or number that stands for each.
+
+        ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
+        """
+        def leaf(node: Expr) -> bool:
+            return node.operation in ("load", "uniform") or (node.uniform and not fixed and not is_condition(node))
+
+        outputs = list({value.index: value for value in values if isinstance(value, Expr)}.values())
+        if not outputs:
+            return ["" if value is None else repr(value) for value in values]
+        made = block(f"block_{len(self.blocks)}", outputs, leaf)
+        self.blocks.append(made)
+        names = {value.index: f"v{len(self.blocks)}_{value.index}" for value in outputs}
+        left = "".join(f"{name}, " for name in names.values())
+        self.emit(f"({left}) = {made.name}({', '.join(self.argument(item) for item in made.inputs)})", depth)
+        return [names[value.index] if isinstance(value, Expr) else "" if value is None else repr(value) for value in values]
+
+    def argument(self, item: Expr) -> str:
+        """Text of an input of a block."""
+        return f"u{item.index}" if item.uniform and item.operation != "uniform" else str(item.arguments[0])
 
     # ------------------------------------------------------------------ the tile
 
@@ -185,7 +205,10 @@ class Generator:
         self.update(groups[-1])
         body, self.lines = self.lines, []
         self.emit("def tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
-        self.assign([node for node in self.graph.nodes if node.uniform], 1, uniform=True)
+        uniform = [node for node in self.graph.nodes
+                   if node.uniform and node.operation != "uniform" and not is_condition(node)]
+        for node, name in zip(uniform, self.assign(list(uniform), 1, fixed=True), strict=True):
+            self.emit(f"u{node.index} = {name}")
         text, self.lines = self.lines + body, []
         return text
 
@@ -229,20 +252,21 @@ class Generator:
         if guarded:
             self.emit("if hit != 0:")
         extra: list[tuple[str, Any]] = []
+        largest: Any = self.graph.node("load", "smx[j]")
         for speed in own.get("speeds", ()):
             size = abs(speed) if isinstance(speed, Expr) else float(abs(speed))
-            extra.append(("sm = larger({}, sm)", size))
-        if extra:
-            extra = [("sm = smx[j]", None), *extra, ("smx[j] = sm", None)]
+            largest = self.graph.node("maximum", size, largest)
+        if "speeds" in own:
+            extra.append(("smx[j] = {}", largest))
         if following.guard is not None:
             if guarded:
                 raise Untraceable("a guarded stage must follow one without guard")
             condition = following.guard(self.parts, self.ratio, *self.inputs(following, low, own, low))
             self.emit("hit = 0")
-            extra.append(("hit = hit | flag({})", condition))
+            extra.append(("hit = hit | {}", condition))
         if first and self.problem.model.defines("hyperbolic_discriminant"):
             self.emit("doubt = 0")
-            extra.append(("doubt = doubt | flag({})", self.suspect(*self.face(low))))
+            extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
         writes = self.store(kept, low, self.fields if guarded else None)
         self.loop(f"nt + {high - low}", writes, low, extra, 2 if guarded else 1)
@@ -262,7 +286,7 @@ class Generator:
             return
         self.emit("if doubt != 0:")
         self.loop("nt + closing", [], 0, [
-            ("if {} < 0.0:", self.parts.model.hyperbolic_discriminant(*self.face(0))), ("    found[0] += 1", None),
+            ("if {} != 0:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0), ("    found[0] += 1", None),
             ("    if found[1] < 0:", None), ("        found[1] = c0 + j", None)], depth=2)
 
     def update(self, group: tuple[tuple[int, int], list[Stage]]) -> None:
@@ -277,7 +301,7 @@ class Generator:
             new = self.act(new, aux, self.after, self.parts.sources[::-1])
         rows = tuple(self.new_row(0) for _ in new)
         self.emit("bad = 0")
-        self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | flag({} == False)", self.good(new))])
+        self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | (1 - {})", self.good(new))])
         for k, row in enumerate(rows):
             self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
             self.emit("for j in range(nt):")
@@ -305,12 +329,12 @@ class Generator:
         for k, (cell, face, field, sign) in enumerate((("0", "0", "right_going", "-"), ("nt - 1", "nt", "left_going", "+"))):
             flux = self.parts.model.flux(tuple(self.load(row, 0) for row in self.fields["q"]))
             self.emit(f"j = {cell}")
-            self.assign([flux[row] for row in rows], 1)
+            names = self.assign([flux[row] for row in rows], 1)
             self.emit(f"j = {face}")
-            for position, row in enumerate(rows):
+            for position, (row, name) in enumerate(zip(rows, names, strict=True)):
                 target = self.fields[field][row]
-                fluctuation = target.at(0) if isinstance(target, Row) else self.formatter.argument(target)
-                self.emit(f"ends[{k}, {position}] = {self.formatter.argument(flux[row])} {sign} {fluctuation}")
+                fluctuation = target.at(0) if isinstance(target, Row) else self.assign([target], 1)[0]
+                self.emit(f"ends[{k}, {position}] = {name} {sign} {fluctuation}")
 
     # ------------------------------------------------------------------ boundaries
 
@@ -328,9 +352,8 @@ class Generator:
                         "nearest": f"{halo}" if left else f"n + {halo - 1}"}[part.reads]
                 state = tuple(self.graph.node("load", f"q[{k}, {cell}]") for k in range(len(model.conserved)))
                 result = part.ghost(self.parts.model, state, symbols)
-                self.assign(list(result), 1, uniform=True)
-                for k, value in enumerate(result):
-                    self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {self.formatter.argument(value)}")
+                for k, name in enumerate(self.assign(list(result), 1, fixed=True)):
+                    self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {name}")
         self.emit("return")
         text, self.lines = self.lines, []
         return text
@@ -347,7 +370,8 @@ def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan) -> Sour
     generator = Generator(problem, scheme, parts, plan)
     tile = _located(generator.tile)
     ghosts = _located(generator.ghosts)
-    return Source("\n".join([*tile, "", "", *ghosts, ""]), generator.rows)
+    content = [made.text() for made in generator.blocks]
+    return Source("\n".join([*content, "", "", *tile, "", "", *ghosts, ""]), tuple(generator.blocks), generator.rows)
 
 
 def _located(build: Callable[[], list[str]]) -> list[str]:

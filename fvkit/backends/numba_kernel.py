@@ -1,21 +1,20 @@
 """The compiled backend: generated kernels under numba, cached on disk by their content."""
 
-import re
 import sys
 import threading
 import time
 import types
 import warnings
-from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends import cache
+from fvkit.backends import cache, emit
 from fvkit.backends.base import MAX_RETRIES, Kernel, March, Outcome
-from fvkit.backends.driver import DRIVER, EXP, SELECT
+from fvkit.backends.driver import DRIVER
+from fvkit.backends.emit import Block
 from fvkit.backends.generator import SPARE, TILE, generate
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
@@ -25,9 +24,6 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "no
 
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0
-
-_HEADER = "from math import *\n\nimport numpy as np\n"
-
 
 def available() -> bool:
     """Whether numba is installed; does not import it."""
@@ -48,7 +44,9 @@ class NumbaKernel(Kernel):
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
         source = generate(problem, scheme, parts, self.plan)
-        self.module, self.compile_seconds = _module(_text(source.text, self.plan.halo))
+        started = time.perf_counter()
+        self.module = _module(_text(source.text, self.plan.halo), source.blocks)
+        self.compile_seconds = time.perf_counter() - started
         every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *problem.boundary)
         self.parameters = np.array([value for part in every for value in part.parameters()], dtype=float)
         self._rows = source.rows
@@ -90,33 +88,40 @@ def _text(own: str, halo: int) -> str:
     """The whole module: constants, the kernel's own functions, the time loop."""
     constants = {"TILE": TILE, "EXTRA": 2 * halo, **{outcome.name: int(outcome) for outcome in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
-    extra = EXP if re.search(r"\bexp\(", own) else ""
-    return f"{_HEADER}\n{lines}\n{SELECT}{extra}\n\n{own}\n{DRIVER}"
+    return f"from math import inf\n\n{lines}\n\n\n{own}\n{DRIVER}"
 
 
-@lru_cache(maxsize=256)
-def _module(text: str) -> tuple[Any, float]:
-    """Return the compiled module of a text and the seconds that it took, from memory, disk or the compiler."""
-    started = time.perf_counter()
+#: Modules of this process, by the name that their content gives them.
+_loaded: dict[str, Any] = {}
+
+
+def _module(text: str, blocks: tuple[Block, ...]) -> Any:
+    """Return the compiled module of a text and its blocks, from memory, disk or the compiler."""
     import numba
 
-    name = "kernel_" + cache.key(text, repr(sorted(map(str, OPTIONS.items()))), numba.__version__, np.__version__, sys.version)
-    path, lasting = cache.place(name, text)
-    module = types.ModuleType(f"fvkit_{name}")
-    module.__file__ = str(path)
-    sys.modules[module.__name__] = module
-    space = module.__dict__
-    exec(compile(text, str(path), "exec"), space)
-    for function in ("tile", "ghosts", "tiles", "step", "advance"):
-        space[function] = numba.njit(cache=lasting and function in ("advance", "ghosts", "tiles"), **OPTIONS)(space[function])
-    timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
-    timer.daemon = True
-    timer.start()
-    try:
-        _compile(module, numba)
-    finally:
-        timer.cancel()
-    return module, time.perf_counter() - started
+    compiler = Path(emit.__file__).read_text(encoding="utf-8")
+    name = "kernel_" + cache.key(text, compiler, repr(sorted(map(str, OPTIONS.items()))), numba.__version__, np.__version__,
+                                 sys.version)
+    if name not in _loaded:
+        path, lasting = cache.place(name, text)
+        module = types.ModuleType(f"fvkit_{name}")
+        module.__file__ = str(path)
+        sys.modules[module.__name__] = module
+        space = module.__dict__
+        exec(compile(text, str(path), "exec"), space)
+        space |= {block.name: block.compiled() for block in blocks}
+        for function in ("tile", "ghosts", "tiles", "advance"):
+            keep = lasting and function in ("advance", "ghosts", "tiles")
+            space[function] = numba.njit(cache=keep, **OPTIONS)(space[function])
+        timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
+        timer.daemon = True
+        timer.start()
+        try:
+            _compile(module, numba)
+        finally:
+            timer.cancel()
+        _loaded[name] = module
+    return _loaded[name]
 
 
 def _compile(module: Any, numba: Any) -> None:

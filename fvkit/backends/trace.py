@@ -5,9 +5,8 @@ components, whatever Python builds it from. What comes out is a graph of element
 text is the content of what is compiled: two sources that compute the same are the same. A literal 0 times a value is 0.
 """
 
-import math
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 import attrs
 import numpy as np
@@ -228,92 +227,16 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 
 
-class Formatter:
-    """Turns nodes into text that numba compiles to straight code without branches.
-
-    Few variables, and none that is assigned in two places: both cost the compiler seconds. So what is used once is
-    written where it is used, and every block has names of its own.
-    """
-
-    infix: ClassVar[tuple[str, ...]] = ("+", "-", "*", "/", "<", "<=", ">", ">=", "==", "!=", "&", "|")
-    calls: ClassVar[dict[str, str]] = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2",
-                                       "where": "select", "maximum": "larger", "minimum": "smaller"}
-    #: Operations whose text names an argument more than once.
-    repeating: ClassVar[tuple[str, ...]] = ("sign", "isfinite", "isnan")
-    #: Nesting of expressions stops here.
-    deepest: ClassVar[int] = 12
-
-    def __init__(self) -> None:
-        self._blocks = 0
-        self._inline: dict[int, tuple[str, int]] = {}
-
-    def block(self, roots: list[Any], uniform: bool) -> list[str]:
-        """Return the assignments that compute the roots, those of uniform nodes only if asked for."""
-        self._blocks += 1
-        self._inline = {}
-        nodes = needed(roots)
-        uses = dict.fromkeys((node.index for node in nodes), 0)
-        for root in roots:
-            if isinstance(root, Expr):
-                uses[root.index] += 2
-        for node in nodes:
-            for item in node.arguments:
-                if isinstance(item, Expr):
-                    uses[item.index] += 2 if node.operation in self.repeating else 1
-        lines = []
-        for node in nodes:
-            if node.uniform and not uniform:
-                continue
-            inner = [self._inline.get(item.index, ("", 0))[1] for item in node.arguments if isinstance(item, Expr)]
-            depth = 1 + max(inner, default=0)
-            right = self.text(node)
-            if uses[node.index] == 1 and not node.uniform and depth < self.deepest:
-                self._inline[node.index] = (right if node.operation == "load" else f"({right})", depth)
-            else:
-                lines.append(f"{self.argument(node)} = {right}")
-        return lines
-
-    def argument(self, item: Any) -> str:
-        """Text of an argument: a variable, an expression that is used once, or a number."""
-        if isinstance(item, Expr):
-            if item.index in self._inline:
-                return self._inline[item.index][0]
-            return f"u{item.index}" if item.uniform else f"v{self._blocks}_{item.index}"
-        if isinstance(item, bool):
-            return repr(item)
-        if math.isfinite(item):
-            return repr(float(item)) if item >= 0.0 else f"({float(item)!r})"
-        return "nan" if math.isnan(item) else "inf" if item > 0.0 else "(-inf)"
-
-    def text(self, node: Expr) -> str:
-        """The expression that computes a node."""
-        if node.operation in ("load", "uniform"):
-            return str(node.arguments[0])
-        operation, items = node.operation, [self.argument(item) for item in node.arguments]
-        if operation in self.infix:
-            return f"{items[0]} {operation} {items[1]}"
-        if operation == "sign":
-            return f"select({items[0]} > 0.0, 1.0, select({items[0]} < 0.0, -1.0, {items[0]}))"
-        if operation == "not":
-            return f"{items[0]} == False"
-        if operation == "neg":
-            return f"-{items[0]}"
-        if operation == "isfinite":
-            return f"{items[0]} - {items[0]} == 0.0"
-        if operation == "isnan":
-            return f"{items[0]} != {items[0]}"
-        return f"{self.calls.get(operation, operation)}({', '.join(items)})"
-
-
-def needed(roots: list[Any]) -> list[Expr]:
-    """Return the nodes that the roots are computed from, themselves included, in the order of computation."""
+def needed(roots: list[Any], leaf: Callable[[Expr], bool] = lambda node: False) -> list[Expr]:
+    """Return the nodes that the roots are computed from, themselves included, in order; nothing behind a leaf."""
     found: dict[int, Expr] = {}
     pending = [root for root in roots if isinstance(root, Expr)]
     while pending:
         node = pending.pop()
         if node.index not in found:
             found[node.index] = node
-            pending += [item for item in node.arguments if isinstance(item, Expr)]
+            if not leaf(node):
+                pending += [item for item in node.arguments if isinstance(item, Expr)]
     return [found[index] for index in sorted(found)]
 
 

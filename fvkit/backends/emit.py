@@ -1,0 +1,185 @@
+"""Blocks of traced arithmetic as functions that the compiler inlines: nodes become LLVM instructions, one each.
+
+A block is one loop body without its loads and stores. Numba sees a single call where it would otherwise infer types for
+hundreds of operations, which is what most of a compilation would be spent on; selections are instructions and no branches.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import attrs
+
+from fvkit.backends.trace import Expr, needed
+
+#: Fast-math flags of every operation: contraction alone. NaN and infinity keep their meaning.
+_FLAGS = ("contract",)
+
+_ARITHMETIC = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
+_COMPARISONS = ("<", "<=", ">", ">=", "==")
+_BOOLEAN = (*_COMPARISONS, "!=", "&", "|", "not", "isfinite", "isnan")
+_LIBRARY = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
+
+
+@attrs.frozen
+class Block:
+    """The nodes between inputs and outputs.
+
+    Parameters
+    ----------
+    name : name of the function.
+    inputs : leaves, loads or uniform values, in the order of the arguments.
+    nodes : what is computed, in order.
+    outputs : nodes or numbers that are returned, as a tuple; conditions as integers 0 or 1.
+    """
+
+    name: str
+    inputs: tuple[Expr, ...]
+    nodes: tuple[Expr, ...]
+    outputs: tuple[Any, ...]
+
+    def text(self) -> str:
+        """The content of the block, for the key of the cache."""
+        lines = [f"# {self.name}({', '.join(_label(item) for item in self.inputs)})"]
+        lines += [f"#   {_label(node)} = {node.operation} {' '.join(_label(item) for item in node.arguments)}"
+                  for node in self.nodes]
+        return "\n".join([*lines, f"#   return {' '.join(_label(item) for item in self.outputs)}"])
+
+    def compiled(self) -> Any:
+        """The function for numba; it is compiled where it is called."""
+        from numba import float64, int64
+        from numba.core import types
+        from numba.extending import intrinsic
+
+        kinds = [int64 if is_condition(item) else float64 for item in self.outputs]
+        signature = types.Tuple(kinds)(*[float64] * len(self.inputs))
+        space = {"answer": (signature, self._code)}
+        arguments = ", ".join(f"a{k}" for k in range(len(self.inputs)))
+        exec(f"def {self.name}(typing_context, {arguments}):\n    return answer", space)
+        return intrinsic(space[self.name])
+
+    def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        values = {node.index: value for node, value in zip(self.inputs, arguments, strict=True)}
+        emitter = _Emitter(context, builder, values)
+        for node in self.nodes:
+            values[node.index] = emitter.node(node)
+        results = [emitter.widened(item) for item in self.outputs]
+        return context.make_tuple(builder, signature.return_type, results)
+
+
+def block(name: str, outputs: list[Any], leaf: Callable[[Expr], bool]) -> Block:
+    """Return the block that computes the outputs from the nodes for which ``leaf`` is true."""
+    inputs: list[Expr] = []
+    inside: list[Expr] = []
+    for node in needed(outputs, leaf):
+        (inputs if leaf(node) else inside).append(node)
+    return Block(name, tuple(inputs), tuple(inside), tuple(outputs))
+
+
+def _label(item: Any) -> str:
+    return f"%{item.index}" if isinstance(item, Expr) else repr(item)
+
+
+def is_condition(item: Any) -> bool:
+    """Whether a node or number is a condition."""
+    return item.operation in _BOOLEAN if isinstance(item, Expr) else isinstance(item, bool)
+
+
+class _Emitter:
+    """Writes the instructions of nodes whose arguments are known."""
+
+    def __init__(self, context: Any, builder: Any, values: dict[int, Any]) -> None:
+        from llvmlite import ir
+
+        self.context, self.builder, self.values, self.ir = context, builder, values, ir
+        self.double, self.whole = ir.DoubleType(), ir.IntType(64)
+
+    def argument(self, item: Any) -> Any:
+        """The value of a node or of a number."""
+        if isinstance(item, Expr):
+            return self.values[item.index]
+        return self.ir.Constant(self.ir.IntType(1), int(item)) if isinstance(item, bool) else self.number(item)
+
+    def number(self, value: float) -> Any:
+        """A constant."""
+        return self.ir.Constant(self.double, float(value))
+
+    def widened(self, item: Any) -> Any:
+        """The value of an output: conditions as integers."""
+        value = self.argument(item)
+        return self.builder.zext(value, self.whole) if is_condition(item) else value
+
+    def node(self, node: Expr) -> Any:
+        """The instructions of one node."""
+        operation, items, builder = node.operation, [self.argument(item) for item in node.arguments], self.builder
+        if operation in _ARITHMETIC:
+            return getattr(builder, _ARITHMETIC[operation])(*items, flags=_FLAGS)
+        if operation in _COMPARISONS:
+            return builder.fcmp_ordered(operation, *items)
+        if operation == "!=":
+            return builder.fcmp_unordered(operation, *items)
+        if operation == "where":
+            return builder.select(*items)
+        if operation in ("maximum", "minimum"):
+            return builder.select(builder.fcmp_ordered(">" if operation == "maximum" else "<", *items), *items)
+        if operation in ("sqrt", "abs"):
+            return self.intrinsic("llvm.sqrt" if operation == "sqrt" else "llvm.fabs", *items)
+        if operation in ("&", "|"):
+            return builder.and_(*items) if operation == "&" else builder.or_(*items)
+        special = getattr(self, f"_{operation}", None)
+        return special(*items) if special is not None else self.library(_LIBRARY.get(operation, operation), *items)
+
+    def intrinsic(self, name: str, *items: Any) -> Any:
+        """A call of an LLVM intrinsic on doubles."""
+        return self.builder.call(self.builder.module.declare_intrinsic(name, [self.double]), items)
+
+    def library(self, name: str, *items: Any) -> Any:
+        """A call of the mathematics library; such loops are not vectorised."""
+        from numba import float64
+
+        function = self.context.typing_context.resolve_value_type(getattr(math, name))
+        signature = function.get_call_type(self.context.typing_context, (float64,) * len(items), {})
+        return self.context.get_function(function, signature)(self.builder, items)
+
+    def _not(self, a: Any) -> Any:
+        return self.builder.not_(a)
+
+    def _neg(self, a: Any) -> Any:
+        return self.builder.fsub(self.number(-0.0), a)
+
+    def _pow(self, a: Any, b: Any) -> Any:
+        return self.builder.call(self.builder.module.declare_intrinsic("llvm.pow", [self.double]), (a, b))
+
+    def _sign(self, a: Any) -> Any:
+        zero, builder = self.number(0.0), self.builder
+        below = builder.select(builder.fcmp_ordered("<", a, zero), self.number(-1.0), a)
+        return builder.select(builder.fcmp_ordered(">", a, zero), self.number(1.0), below)
+
+    def _isfinite(self, a: Any) -> Any:
+        return self.builder.fcmp_ordered("==", self.builder.fsub(a, a), self.number(0.0))
+
+    def _isnan(self, a: Any) -> Any:
+        return self.builder.fcmp_unordered("uno", a, a)
+
+    def _exp(self, x: Any) -> Any:
+        """exp as 2^k times a polynomial on |r| <= ln(2)/2, to one unit in the last place; below the normal range it is 0."""
+        builder, number = self.builder, self.number
+        low, high = number(-708.0), number(709.0)
+
+        def fused(a: Any, b: Any, c: Any) -> Any:
+            return builder.fadd(builder.fmul(a, b, flags=_FLAGS), c, flags=_FLAGS)
+
+        y = builder.select(builder.fcmp_ordered(">", x, high), high, x)
+        y = builder.select(builder.fcmp_ordered("<", y, low), low, y)
+        shift = number(6755399441055744.0)
+        k = builder.fsub(builder.fadd(builder.fmul(y, number(1.4426950408889634)), shift), shift)
+        r = fused(k, number(-0.6931471803691238), y)
+        r = fused(k, number(-1.9082149292705877e-10), r)
+        p = number(1.0 / math.factorial(12))
+        for n in range(11, -1, -1):
+            p = fused(p, r, number(1.0 / math.factorial(n)))
+        exponent = builder.shl(builder.add(builder.fptosi(k, self.whole), self.ir.Constant(self.whole, 1023)),
+                               self.ir.Constant(self.whole, 52))
+        result = builder.fmul(p, builder.bitcast(exponent, self.double))
+        result = builder.select(builder.fcmp_ordered(">", x, number(709.782712893384)), number(math.inf), result)
+        return builder.select(builder.fcmp_ordered("<", x, low), number(0.0), result)
