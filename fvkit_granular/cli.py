@@ -42,7 +42,7 @@ def register(commands: Any) -> None:
     study.add_argument("--models", nargs="+", default=list(MODELS), metavar="M",
                        help=f"any of {', '.join(MODELS)} (default: all)")
     study.add_argument("--riemann", nargs="+", metavar="R",
-                       help=f"any of {', '.join(RIEMANN)} (default: all for two-phase, roe for others)")
+                       help=f"any of {', '.join(RIEMANN)} (default: all for the first model, roe for the others)")
     study.add_argument("--limiter", nargs="+", default=["mc"], metavar="L",
                        help=f"any of {', '.join(LIMITERS)} (default mc)")
     study.add_argument("--order", nargs="+", type=int, default=[2], metavar="P", help="1, 2 or both (default 2)")

@@ -36,7 +36,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     ----------
     scene : the scene.
     models : instances, or classes that get the scene's g and gamma. Default: TwoPhase, Reduced, ShallowWater.
-    riemann : solvers. Default: Roe, HLL, Rusanov for the full model and Roe for the others; if given, all pairs.
+    riemann : solvers. Default: Roe, HLL, Rusanov for the first model and Roe for the others; if given, all pairs.
     cells : numbers of cells.
     limiter : one, or a list of them; default MC. (A tuple is one per wave family, as in `fvkit.WavePropagation`.)
     order : 1, 2, or a list of both.
@@ -88,7 +88,7 @@ def _runs(models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: t
         if riemann is not None:
             solvers: Iterable[RiemannSolver] = riemann
         else:
-            solvers = (Roe(), HLL(), Rusanov()) if isinstance(model, TwoPhase) else (Roe(),)
+            solvers = (Roe(), HLL(), Rusanov()) if model is models[0] else (Roe(),)
         for solver in solvers:
             for chosen in limiters:
                 for number in orders:
