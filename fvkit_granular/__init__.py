@@ -1,6 +1,8 @@
 """fvkit_granular: two-phase (solid and fluid) shallow granular flows, for fvkit."""
 
-from fvkit_granular import exact, scenes
+from typing import TYPE_CHECKING, Any
+
+from fvkit_granular import scenes
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag
 from fvkit_granular.reduced import Reduced
@@ -9,7 +11,19 @@ from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
 from fvkit_granular.two_phase import TwoPhase
 
+if TYPE_CHECKING:
+    from fvkit_granular import exact
+
 __all__ = [
     "ConstantDrag", "FunctionReference", "Reduced", "Reference", "Scene", "SelfConverged", "ShallowWater", "TwoPhase", "compare",
     "exact", "scene", "scene_names", "scenes",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import `exact`, and scipy with it, when it is first asked for."""
+    if name == "exact":
+        from importlib import import_module
+
+        return import_module("fvkit_granular.exact")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

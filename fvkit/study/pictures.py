@@ -8,12 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from fvkit.plot import COLORS, new_axes, plot_series, slope_guides
+from fvkit.study.rounding import ROUNDING
 
 if TYPE_CHECKING:
     from fvkit.study.report import Report
-
-#: Errors below this are rounding: they have no order, and no curve worth drawing.
-ROUNDING = 1e-13
 
 
 def _observables(report: "Report") -> list[str]:

@@ -16,7 +16,7 @@ import attrs
 import numpy as np
 
 from fvkit.io import write_whole
-from fvkit.study.pictures import PICTURES, ROUNDING
+from fvkit.study.rounding import ROUNDING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -140,6 +140,8 @@ class Report:
 
     def plot(self) -> dict[str, "Figure"]:
         """Return the three pictures, {name: figure}: error against time, error against cells, profiles."""
+        from fvkit.study.pictures import PICTURES
+
         return {name: draw(self) for name, draw in PICTURES.items()}
 
     def save(self, folder: str | Path) -> Path:

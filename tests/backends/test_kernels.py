@@ -168,8 +168,9 @@ def test_the_cache_can_be_listed_and_cleared(tmp_path, monkeypatch):
     assert cache.contents() == cache.Contents(tmp_path / "other", 0, 0)
 
 
-def test_importing_fvkit_imports_neither_numba_nor_matplotlib():
-    code = "import sys, fvkit; print([name for name in ('numba', 'matplotlib', 'scipy') if name in sys.modules])"
+@pytest.mark.parametrize("package", ["fvkit", "fvkit_granular"])
+def test_importing_imports_neither_numba_nor_matplotlib_nor_scipy(package):
+    code = f"import sys, {package}; print([name for name in ('numba', 'matplotlib', 'scipy') if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
