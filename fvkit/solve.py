@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from fvkit import _validate, contract
-from fvkit.backends import BACKENDS, Kernel, March, NumpyKernel, Outcome, make_kernel
+from fvkit.backends import BACKENDS, CHUNK, Kernel, March, NumpyKernel, Outcome, make_kernel
 from fvkit.problem import Problem
 from fvkit.progress import reporter
 from fvkit.riemann import HLL, Roe
@@ -80,9 +80,11 @@ class Stepper:
 
     def _first_dt(self) -> float:
         """From the speeds of the initial cells, so that the first step is as good as the others."""
+        q0, speed = self.problem.q0, 0.0
         with np.errstate(all="ignore"):
-            bounds = self.problem.model.wave_speeds(tuple(self.problem.q0))
-        speed = max(float(np.max(np.abs(bound))) for bound in bounds)
+            for first in range(0, q0.shape[1], CHUNK):
+                bounds = self.problem.model.wave_speeds(tuple(q0[:, first:first + CHUNK]))
+                speed = max(speed, *(float(np.max(np.abs(bound))) for bound in bounds))
         return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
 
     def step(self, dt: float | None = None) -> float:
@@ -243,7 +245,8 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     limit, callbacks = _validate.whole(max_steps, "max_steps", at_least=0), _callbacks(observers)
     if not (isinstance(progress, bool) or callable(progress)):
         raise TypeError(f"`progress` must be True, False or a function of the share done, got {progress!r}")
-    t, states = [problem.t_start], [problem.q0.copy()]
+    t, states = [problem.t_start], np.empty((len(targets) + 1, *problem.q0.shape))
+    states[0] = problem.q0
     failure: SolveError | None = None
     with reporter(progress, problem.t_start, targets[-1] if targets else problem.t_start) as report:
         try:
@@ -255,15 +258,15 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
                     for observer in callbacks:
                         observer(stepper)
                     report(stepper.t, stepper.steps)
+                states[len(t)] = stepper.q
                 t.append(stepper.t)
-                states.append(stepper.q.copy())
         except (SolveError, KeyboardInterrupt) as error:
             failure = error if isinstance(error, SolveError) else stepper.interrupted()
             if stepper.t > t[-1]:
+                states[len(t)] = stepper.q
                 t.append(stepper.t)
-                states.append(stepper.q.copy())
     status = Status.FINISHED if failure is None else failure.status
-    solution = Solution(np.array(t), np.array(states), problem.aux_averages, problem.grid, problem.model, status,
+    solution = Solution(np.array(t), states[:len(t)], problem.aux_averages, problem.grid, problem.model, status,
                         stepper.stats(), status.value if failure is None else str(failure))
     if failure is not None:
         failure.solution = solution

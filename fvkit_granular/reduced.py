@@ -47,7 +47,7 @@ class Reduced(Model):
 
     def wave_speeds(self, q):
         h, mass, m = q
-        v, a = m / mass, np.sqrt(self.g * h)
+        v, a = m / mass, np.sqrt(self.g) * np.sqrt(h)
         return v - a, v + a
 
     def jump(self, ql, qr, auxl, auxr):

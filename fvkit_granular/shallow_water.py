@@ -39,7 +39,7 @@ class ShallowWater(Model):
 
     def wave_speeds(self, q):
         h, m = q
-        v, a = m / h, np.sqrt(self.g * h)
+        v, a = m / h, np.sqrt(self.g) * np.sqrt(h)
         return v - a, v + a
 
     def jump(self, ql, qr, auxl, auxr):
@@ -52,10 +52,13 @@ class ShallowWater(Model):
 
     def decompose(self, ql, qr, auxl, auxr, jump):
         first, second = jump
-        v = roe_velocity(ql[0], ql[1], qr[0], qr[1])
-        a = np.sqrt(0.5 * self.g * (ql[0] + qr[0]))
+        (hl, ml), (hr, mr) = ql, qr
+        rootl, rootr, a = np.sqrt(hl), np.sqrt(hr), np.sqrt(0.5 * self.g * (hl + hr))
+        roots = rootl + rootr
+        both = 1.0 / (roots * a)
+        v = (rootl * (ml / hl) + rootr * (mr / hr)) * (a * both)
         s1, s2 = v - a, v + a
-        left = (s2 * first - second) * (0.5 / a)
+        left = (s2 * first - second) * (0.5 * roots * both)
         right = first - left
         return ((left, left * s1), (right, right * s2)), (s1, s2)
 
@@ -81,5 +84,5 @@ class ShallowWater(Model):
 
 def roe_velocity(hl, ml, hr, mr):
     """Return the Roe mean (sqrt(hl) vl + sqrt(hr) vr)/(sqrt(hl) + sqrt(hr)) of the velocities m/h."""
-    geometric = np.sqrt(hl * hr)
-    return (ml + geometric * (mr / hr)) / (hl + geometric)
+    rootl, rootr = np.sqrt(hl), np.sqrt(hr)
+    return (rootl * (ml / hl) + rootr * (mr / hr)) / (rootl + rootr)

@@ -56,7 +56,7 @@ class TwoPhase(Model):
 
     def wave_speeds(self, q):
         hs, ms, hf, mf = q
-        vs, vf, a = ms / hs, mf / hf, np.sqrt(self.g * (hs + hf))
+        vs, vf, a = ms / hs, mf / hf, np.sqrt(self.g) * np.sqrt(hs + hf)
         return minimum(vs, vf) - a, maximum(vs, vf) + a
 
     def jump(self, ql, qr, auxl, auxr):

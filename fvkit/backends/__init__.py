@@ -6,7 +6,7 @@ import warnings
 from fvkit import _validate
 from fvkit.backends.base import Kernel, March, Outcome
 from fvkit.backends.numba_kernel import NumbaKernel, available
-from fvkit.backends.numpy_kernel import NumpyKernel
+from fvkit.backends.numpy_kernel import CHUNK, NumpyKernel
 from fvkit.backends.threads import ThreadedKernel
 from fvkit.backends.trace import Untraceable
 from fvkit.problem import Problem
@@ -15,7 +15,7 @@ from fvkit.schemes.base import Parts, Scheme
 #: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
 BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
 
-__all__ = ["BACKENDS", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel"]
+__all__ = ["BACKENDS", "CHUNK", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel"]
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:

@@ -81,7 +81,8 @@ class March:
 class Kernel(ABC):
     """Abstract backend: runs the stages of one scheme for one problem. Contract:
 
-    1. States are padded arrays (num_eqn, halo + num_cells + halo), made by `padded`; a kernel owns none.
+    1. States are padded arrays (num_eqn, halo + num_cells + halo), made by `padded`; a kernel owns none. ``aux`` holds the
+       given functions on the cells of the grid, not copied if there is one; ``aux_edges`` those of the ghost cells.
     2. `advance` takes accepted steps only: a step above the scheme's largest Courant number, or with a state that is
        not finite or has a negative mass, leaves ``march.now`` and ``march.t`` untouched.
     3. Ghost cells are filled at the start of a step; sources act on them as on every cell.
@@ -99,7 +100,9 @@ class Kernel(ABC):
         self.mass_rows = list(problem.model.mass_rows())
         self.closed = problem.boundary[0].reads == "opposite"
         self.ghosts = (self._side(left=True), self._side(left=False))
-        self.aux = self._padded_aux()
+        rows = aux_rows(problem.model, problem.aux_averages)
+        self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
+        self.aux_edges = self.aux[:, [cell for ghosts, seen in self.ghosts for cell in _within(seen, self.halo, len(ghosts))]]
 
     def padded(self, q: np.ndarray) -> np.ndarray:
         """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
@@ -123,13 +126,6 @@ class Kernel(ABC):
         edge = halo if left else halo + n - 1
         return ghosts, range(edge, edge + 1)
 
-    def _padded_aux(self) -> np.ndarray:
-        rows = aux_rows(self.problem.model, self.problem.aux_averages)
-        result = self.padded(np.array(rows).reshape(len(rows), self.cells))
-        for ghosts, seen in self.ghosts:
-            result[:, ghosts] = result[:, seen]
-        return result
-
     def ghost_values(self, t: float) -> tuple[tuple[float, ...], ...]:
         """What the boundary conditions of both sides give to their ``ghost`` at time t."""
         return tuple(side.values(self.problem.model, t) for side in self.problem.boundary)
@@ -142,6 +138,11 @@ class Kernel(ABC):
     @abstractmethod
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
         """Take accepted steps until ``march.t == target``, exactly, or at most ``max_steps`` of them."""
+
+
+def _within(seen: range, halo: int, count: int) -> list[int]:
+    """Cells of the grid, counted from its first, that ``count`` ghost cells look at."""
+    return [cell - halo for cell in seen] * (count // len(seen))
 
 
 class Trial(NamedTuple):

@@ -14,7 +14,7 @@ for k in range(begin, end):
     c0 = k * TILE
     nt = min(TILE, n - c0)
     closing = 1 if c0 + nt == n else 0
-    bad = bad | tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found)
+    bad = bad | tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found)
     if k == 0:
         flux[0, :] = ends[0, :]
 flux[1, :] = ends[1, :]
@@ -30,7 +30,7 @@ for j in range(lanes):
 '''
 
 _TILES = '''
-def tiles(begin, end, q, out, aux, n, ratio, before, after, par, buf, smx, ends, flux, found):
+def tiles(begin, end, q, out, aux, edges, n, ratio, before, after, par, buf, smx, ends, flux, found):
 @@
     return speed, bad
 
@@ -38,7 +38,7 @@ def tiles(begin, end, q, out, aux, n, ratio, before, after, par, buf, smx, ends,
 '''
 
 _ADVANCE = '''\
-def advance(q, out, aux, n, dx, target, max_steps, retries, cfl_aim, cfl_max, share_before, share_after, stop_when_lost,
+def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_max, share_before, share_after, stop_when_lost,
             par, values, buf, smx, ends, flux, masses, real, count, found):
     t = real[0]
     dt = real[1]

@@ -4,7 +4,8 @@ A tile of cells is copied into one scratch buffer, every field a row at a fixed 
 from 0; the new cells are copied out. Rows are longer than a page, offsets are constants, nothing is indexed from below:
 each of these was measured to matter by a factor. Stages that cover the same range and read each other's fields only at
 offset 0 share a loop; a light stage is computed again where it is read; a stage with a guard has its own loop, behind a
-test that the loop before it makes.
+test that the loop before it makes. Divisions and roots that look at one cell only, and that faces ask of both their
+cells, are computed once per cell beforehand.
 """
 
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import attrs
 
 from fvkit.backends.emit import Block, block, is_condition
 from fvkit.backends.halo import Plan
+from fvkit.backends.percell import PerCell
 from fvkit.backends.trace import Expr, Graph, Untraceable, with_symbols
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
@@ -68,6 +70,9 @@ class Generator:
         self.boundary = tuple(self._symbolic(side) for side in problem.boundary)
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
         self.fields: dict[str, Any] = {}
+        self.percell = PerCell(self.graph)
+        self.read_from: dict[int, str] = {}
+        self.given = len(problem.model.conserved) + len(problem.model.aux)
         self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
 
     def _symbolic(self, part: Any) -> Any:
@@ -88,7 +93,10 @@ class Generator:
 
     def load(self, row: Row, place: int) -> Expr:
         """Return the symbol of a row's entry at loop variable + place."""
-        return self.graph.node("load", row.at(place))
+        node = self.graph.node("load", row.at(place))
+        if row.number < self.given:
+            self.percell.loads[node.index] = (row, place)
+        return node
 
     # ------------------------------------------------------------------ groups of stages
 
@@ -158,35 +166,64 @@ class Generator:
             self.fields[name] = place(value, None if rows is None else rows[name])
         return writes
 
-    def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1) -> None:
-        """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value."""
+    def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
+             always: bool = False) -> None:
+        """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value.
+
+        ``always`` says that the loop runs in every tile: what it needs per cell is then worth a loop of its own.
+        """
         self.emit(f"for j in range({count}):", depth)
-        names = self.assign([value for _, value in (*extra, *writes)], depth + 1)
+        names = self.assign([value for _, value in (*extra, *writes)], depth + 1, always=always)
         for (line, _), name in zip(extra, names, strict=False):
             self.emit(line.format(name), depth + 1)
         for (row, _), name in zip(writes, names[len(extra):], strict=True):
             self.emit(f"{row.at(low)} = {name}", depth + 1)
 
-    def assign(self, values: list[Any], depth: int, fixed: bool = False) -> list[str]:
+    def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False) -> list[str]:
         """Emit the call of a block that computes the values; return the name or number that stands for each.
 
         ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
         """
-        def leaf(node: Expr) -> bool:
+        def plain(node: Expr) -> bool:
             return node.operation in ("load", "uniform") or (node.uniform and not fixed and not is_condition(node))
 
         outputs = list({value.index: value for value in values if isinstance(value, Expr)}.values())
         if not outputs:
             return ["" if value is None else repr(value) for value in values]
-        made = block(f"block_{len(self.blocks)}", outputs, leaf)
+        known = self.percell.find(outputs, plain, always)
+        made = block(f"block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node))
+        for item in made.inputs:
+            if item.index in known:
+                self.keep_per_cell(item, *known[item.index])
         self.blocks.append(made)
         names = {value.index: f"v{len(self.blocks)}_{value.index}" for value in outputs}
         left = "".join(f"{name}, " for name in names.values())
         self.emit(f"({left}) = {made.name}({', '.join(self.argument(item) for item in made.inputs)})", depth)
         return [names[value.index] if isinstance(value, Expr) else "" if value is None else repr(value) for value in values]
 
+    def keep_per_cell(self, node: Expr, function: int, place: int) -> None:
+        """Give a function of one cell a row, and let the node be read from it."""
+        if function not in self.percell.rows:
+            self.percell.rows[function] = self.new_row(-self.plan.halo)
+            self.percell.samples[function] = node
+        self.read_from[node.index] = self.percell.rows[function].at(place)
+
+    def per_cell(self) -> list[str]:
+        """Text of the loop that computes the rows of `keep_per_cell` from the cells of a tile and its halo."""
+        kept, self.lines = self.lines, []
+        halo = self.plan.halo
+        writes = [(self.percell.rows[function], self.percell.at(node, -halo, self.load))
+                  for function, node in self.percell.samples.items()]
+        self.percell.rows = {}
+        if writes:
+            self.loop(f"nt + {2 * halo}", writes, -halo, [])
+        made, self.lines = self.lines, kept
+        return made
+
     def argument(self, item: Expr) -> str:
         """Text of an input of a block."""
+        if item.index in self.read_from:
+            return self.read_from[item.index]
         return f"u{item.index}" if item.uniform and item.operation != "uniform" else str(item.arguments[0])
 
     # ------------------------------------------------------------------ the tile
@@ -197,14 +234,16 @@ class Generator:
         It returns 1 where a new state is not acceptable, else 0; ``closing`` is 1 for the tile that owns the last face.
         """
         self.copy_in()
+        start = len(self.lines)
         later = self.remaining_reads()
         groups = self.groups()
         for k, (span, stages) in enumerate(groups[:-1]):
             self.stage_loop(span, stages, groups[k + 1][1][0], later[k], first=k == 0)
         self.count_lost()
         self.update(groups[-1])
+        self.lines[start:start] = self.per_cell()
         body, self.lines = self.lines, []
-        self.emit("def tile(q, out, aux, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
+        self.emit("def tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
         uniform = [node for node in self.graph.nodes
                    if node.uniform and node.operation != "uniform" and not is_condition(node)]
         for node, name in zip(uniform, self.assign(list(uniform), 1, fixed=True), strict=True):
@@ -224,16 +263,28 @@ class Generator:
         """Copy the tile's cells and halo into scratch, with the sources of the first share of the step."""
         halo, model = self.plan.halo, self.problem.model
         width = f"nt + {2 * halo}"
-        for name, rows in (("q", len(model.conserved)), ("aux", len(model.aux))):
-            self.fields[name] = tuple(self.new_row(-halo) for _ in range(rows))
-            for k, row in enumerate(self.fields[name]):
-                self.emit(f"src = {name}[{k}, c0:c0 + {width}]")
-                self.emit(f"for j in range({width}):")
-                self.emit(f"{row.at(-halo)} = src[j]", 2)
+        self.fields["q"] = tuple(self.new_row(-halo) for _ in model.conserved)
+        for k, row in enumerate(self.fields["q"]):
+            self.copy(f"q[{k}, c0:c0 + {width}]", width, row, "0")
+        self.fields["aux"] = tuple(self.new_row(-halo) for _ in model.aux)
+        if model.aux:
+            self.emit(f"low = max(c0 - {halo}, 0)")
+            self.emit(f"high = min(c0 + nt + {halo}, n)")
+        for k, row in enumerate(self.fields["aux"]):
+            self.copy(f"aux[{k}, low:high]", "high - low", row, f"low - c0 + {halo}")
+            self.copy(f"edges[{k}, c0:{halo}]", f"{halo} - c0", row, "0")
+            self.copy(f"edges[{k}, {halo}:]", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
         if self.parts.sources and self.scheme.splitting.before > 0.0:
             q, aux = (tuple(self.load(row, -halo) for row in self.fields[name]) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.sources)
             self.loop(width, list(zip(self.fields["q"], state, strict=True)), -halo, [])
+
+    def copy(self, source: str, count: str, row: Row, first: str) -> None:
+        """Copy ``count`` numbers, none if it is negative, into a row from its entry ``first`` on."""
+        self.emit(f"src = {source}")
+        self.emit(f"dst = buf[{row.number * (TILE + SPARE)} + {first}:]")
+        self.emit(f"for j in range({count}):")
+        self.emit("dst[j] = src[j]", 2)
 
     def act(self, q: Any, aux: Any, dt: Expr, sources: tuple[Any, ...]) -> Any:
         """Symbols of a state after the steps of the sources."""
@@ -269,7 +320,7 @@ class Generator:
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
         writes = self.store(kept, low, self.fields if guarded else None)
-        self.loop(f"nt + {high - low}", writes, low, extra, 2 if guarded else 1)
+        self.loop(f"nt + {high - low}", writes, low, extra, 2 if guarded else 1, always=not guarded)
 
     def face(self, place: int) -> tuple[Any, Any]:
         """Symbols of the states on both sides of the face at loop variable + place."""

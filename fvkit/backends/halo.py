@@ -37,10 +37,18 @@ def plan(stages: tuple[Stage, ...]) -> Plan:
 
 
 def _with_guarded(stages: tuple[Stage, ...], ranges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Let a guarded stage cover all of the fields that it rewrites, so that these keep their place whether it runs or not."""
+    """Let a guarded stage cover all of the fields that it rewrites, so that these keep their place whether it runs or not.
+
+    A stage before a guarded one covers as much as what it reads, where it reads nothing further away: it can then share
+    the loop of the stage before it. So does a light stage, whose result is not stored anyway.
+    """
     covered: dict[str, tuple[int, int]] = {}
     for k, stage in enumerate(stages):
         if stage.guard is not None:
             ranges[k] = covered[stage.writes[0]]
+        elif stage.light or (k + 1 < len(stages) and stages[k + 1].guard is not None):
+            wider = [covered[read.field] for read in stage.reads if read.field in covered]
+            if wider and all(read.first == read.last == 0 for read in stage.reads):
+                ranges[k] = max(low for low, _ in wider), min(high for _, high in wider)
         covered |= dict.fromkeys(stage.writes, ranges[k])
     return tuple(ranges)

@@ -56,7 +56,7 @@ class NumbaKernel(Kernel):
     def scratch(self) -> tuple[np.ndarray, ...]:
         """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces."""
         row, ends = TILE + SPARE, (2, max(len(self.mass_rows), 1))
-        return np.zeros(self._rows * row), np.zeros(row), np.zeros(ends), np.zeros(ends), np.zeros(2, dtype=np.int64)
+        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(2, dtype=np.int64)
 
     def boundary_values(self, t: float) -> np.ndarray:
         """What the boundaries give to their ghosts at time t, a row each."""
@@ -78,10 +78,18 @@ class NumbaKernel(Kernel):
     def _advance(self, march: March, target: float, max_steps: int, values: np.ndarray) -> Outcome:
         scheme, splitting = self.scheme, self.scheme.splitting
         outcome = self.module.advance(
-            march.now, march.next, self.aux, self.cells, self.problem.grid.dx, target, max_steps, MAX_RETRIES, scheme.cfl,
-            scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, self.parameters, values,
+            march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps, MAX_RETRIES,
+            scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, self.parameters, values,
             *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
         return Outcome(outcome)
+
+
+def _aligned(size: int) -> np.ndarray:
+    """Return zeros that start at a cache line: vectors then never straddle two of them without need."""
+    line = 64
+    room = np.zeros(size + line // 8)
+    start = (-room.ctypes.data % line) // 8
+    return room[start:start + size]
 
 
 def _text(own: str, halo: int) -> str:
@@ -128,8 +136,8 @@ def _compile(module: Any, numba: Any) -> None:
     """Compile ``advance``, or load it; without the disk where that fails for the disk's sake."""
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
-    signature = (rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, numba.boolean, row, rows, row, row,
-                 rows, rows, rows, row, counts, counts)
+    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, numba.boolean, row, rows, row,
+                 row, rows, rows, rows, row, counts, counts)
     try:
         module.advance.compile(signature)
     except OSError as error:

@@ -27,6 +27,8 @@ class NumpyKernel(StepwiseKernel):
         self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
         self._steady = self.ghost_values(problem.t_start) if self.steady_boundary else None
         self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
+        edges = self.aux_edges
+        self._aux = np.concatenate([edges[:, :self.halo], self.aux, edges[:, self.halo:]], axis=1)
         self._lows = {"q": -self.halo, "aux": -self.halo}
         self._reads = {n: self._reading(n) for n in dict.fromkeys(n for _, n in self._chunks)}
         self._no_flux = np.zeros((2, max(len(self.mass_rows), 1)))
@@ -109,14 +111,14 @@ class NumpyKernel(StepwiseKernel):
         length = self._chunks[0][1] + 2 * self.halo
         for start in cells[::length]:
             here = slice(start, min(start + length, cells.stop))
-            result = source.step(self.problem.model, tuple(q[:, here]), tuple(self.aux[:, here]), dt)
+            result = source.step(self.problem.model, tuple(q[:, here]), tuple(self._aux[:, here]), dt)
             for row, component in zip(out, result, strict=True):
                 row[here] = component
 
     def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, Field]:
         """Run all stages over n cells from ``start``; return the fields. Entry 0 of each is the place ``self._lows`` says."""
         here = slice(start, start + n + 2 * self.halo)
-        fields: dict[str, Field] = {"q": tuple(q[:, here]), "aux": tuple(self.aux[:, here])}
+        fields: dict[str, Field] = {"q": tuple(q[:, here]), "aux": tuple(self._aux[:, here])}
         for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
             inputs = [_cut(fields[field], part) for field, part in reads]
             if stage.guard is None or np.any(stage.guard(self.parts, ratio, *inputs)):

@@ -43,7 +43,7 @@ class ThreadedKernel(StepwiseKernel):
     def trial(self, march: March, dt: float) -> Trial:
         kernel, splitting = self._kernel, self.scheme.splitting
         kernel.module.ghosts(march.now, self.cells, kernel.parameters, kernel.boundary_values(march.t))
-        common = (march.now, march.next, self.aux, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
+        common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
                   splitting.after * dt, kernel.parameters)
         work = [self._pool.submit(partial(kernel.module.tiles, begin, end, *common, *scratch))
                 for begin, end, scratch in self._shares]

@@ -8,7 +8,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.limiters import MC, Limiter
 from fvkit.model import Model
-from fvkit.pointwise import add, combine, dot, multiply, scale, subtract, weighted, where
+from fvkit.pointwise import add, combine, dot, maximum, multiply, scale, subtract, weighted, where
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.sources import Source, Splitting, Strang
@@ -126,7 +126,7 @@ def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
     """Whether an outer field passes through zero speed in a rarefaction of this face."""
     lowl, highl = parts.model.wave_speeds(ql)
     lowr, highr = parts.model.wave_speeds(qr)
-    return (np.abs(speeds[0]) < lowr - lowl) | (np.abs(speeds[-1]) < highr - highl)
+    return maximum((lowr - lowl) - np.abs(speeds[0]), (highr - highl) - np.abs(speeds[-1])) > 0.0
 
 
 def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):

@@ -63,14 +63,16 @@ def test_a_model_without_topography_pays_for_none():
 def test_the_loops_are_vectorised(model):
     problem = fv.Problem(model, fv.Grid(0.0, 1.0, 20), np.ones((len(model.conserved), 20)), 1.0)
     scheme = fv.WavePropagation(fv.Roe(), entropy_fix=False)
+    content = text(scheme, model)
     module = NumbaKernel(problem, scheme, scheme.parts(model, ())).module
     code = "\n".join(module.advance.inspect_asm().values()) or "\n".join(
         str(item) for item in module.advance.inspect_asm(module.advance.signatures[0]))
     if not code.strip():
         pytest.skip("assembly is not kept with a kernel from the cache")
     wide = len(re.findall(r"vdivpd\s.*[yz]mm", code))
-    assert wide >= (6 if isinstance(model, gr.ShallowWater) else 15)
-    assert len(re.findall(r"vsqrtpd\s.*[yz]mm", code)) >= 2
+    rare = 3 if model.defines("hyperbolic_discriminant") else 0  # the loop that counts lost faces runs seldom, and one by one
+    assert wide >= content.count(" = / ") - rare >= 4
+    assert len(re.findall(r"vsqrtpd\s.*[yz]mm", code)) >= content.count(" = sqrt ") >= 2
 
 
 def test_new_parameter_values_and_new_data_never_recompile():
@@ -208,3 +210,27 @@ def test_the_cache_command_shows_and_clears(tmp_path, monkeypatch, capsys):
     assert main(["cache", "--clear"]) == 0
     assert "removed" in capsys.readouterr().out
     assert not list(tmp_path.glob("*.py"))
+
+
+def test_what_two_faces_ask_of_a_cell_is_computed_once_per_cell():
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 20), np.ones((2, 20)), 1.0)
+    scheme = fv.WavePropagation(fv.HLL(), order=1)
+    parts = scheme.parts(problem.model, ())
+    text = generate(problem, scheme, parts, plan(scheme.stages(parts))).text
+    per_face = text[text.index("def tile"):].split("for j in range(nt + 1)")
+    assert len(per_face) == 2
+    assert len(re.findall(r"= sqrt ", text)) == 2, "one of g, one of the depth in a loop over cells"
+
+
+def test_a_long_run_needs_two_copies_of_the_state_and_a_megabyte():
+    import tracemalloc
+
+    scheme = fv.WavePropagation(fv.HLL(), order=1)
+    for cells in (1000, 1_000_000):
+        q = np.ones((4, cells))
+        problem = fv.Problem(gr.TwoPhase(), fv.Grid(0.0, 1.0, cells), q, 1.0, aux={"b": 1.0})
+        tracemalloc.start()
+        fv.Stepper(problem, scheme, backend="numba").run(1.0, 2)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert peak <= 2 * q.nbytes + 1_000_000
