@@ -72,15 +72,18 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
 
 def within(*, hint: str = "", **bounds: float) -> Any:
     """Return the converter of a float field that keeps the bounds of `real`."""
-    def convert(value: Any, field: Any) -> float:
-        return real(value, field.name, hint=hint, **bounds)
-
-    return attrs.Converter(convert, takes_field=True)
+    return attrs.Converter(lambda value, field: real(value, field.name, hint=hint, **bounds), takes_field=True)
 
 
 def number(default: float, *, hint: str = "", **bounds: float) -> Any:
     """Declare a float field with a default, validated against the bounds of `real`."""
     return attrs.field(default=default, converter=within(hint=hint, **bounds))
+
+
+def optional_number(*, hint: str = "", **bounds: float) -> Any:
+    """Declare a float field that may be None, its default."""
+    return attrs.field(default=None, converter=attrs.Converter(
+        lambda value, field: None if value is None else real(value, field.name, hint=hint, **bounds), takes_field=True))
 
 
 def _after(hint: str) -> str:

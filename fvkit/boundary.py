@@ -20,12 +20,14 @@ class BoundaryCondition(Part, ABC):
     1. ``reads`` says which cell a ghost cell looks at: ``"nearest"`` (the last cell inside), ``"mirror"`` (the
        cell as far inside as the ghost is outside) or ``"opposite"`` (wrapped round, needed on both sides).
        The aux values of the ghost cell are those of that cell, unchanged.
+       ``closed = True`` says that no mass passes, to the last bit.
     2. ``ghost(model, q, values)`` returns the ghost state from that cell's state; pointwise.
     3. ``values(model, t)`` returns the floats that ``ghost`` receives: anything computed in plain Python, once
        per step where ``steady`` is False. It raises ValueError when the boundary cannot serve the model.
     """
 
     reads: ClassVar[str] = "nearest"
+    closed: ClassVar[bool] = False
 
     @property
     def steady(self) -> bool:
@@ -64,6 +66,7 @@ class Wall(BoundaryCondition):
     """A solid wall: the mirrored state with reversed momentum, over the mirrored bottom."""
 
     reads: ClassVar[str] = "mirror"
+    closed: ClassVar[bool] = True
 
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         return model.wall_signs()

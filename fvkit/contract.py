@@ -11,6 +11,7 @@ import builtins
 import dis
 import types
 from collections.abc import Callable, Iterator, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -65,7 +66,7 @@ def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen:
         refuse("no comprehension, generator, lambda or nested function here; write the components out, "
                "or use fv.pointwise.combine(a, x, b, y) and its like")
     last_name: str | None = None
-    for instruction in dis.get_instructions(code):
+    for instruction in _instructions(code):
         if instruction.positions is not None and instruction.positions.lineno is not None:
             line = instruction.positions.lineno
         operation, argument = instruction.opname, instruction.argval
@@ -94,6 +95,12 @@ def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen:
             refuse(f"the global {name} is a {type(value).__name__}; only numbers, tuples, functions and modules serve")
 
 
+@lru_cache(maxsize=1024)
+def _instructions(code: types.CodeType) -> tuple[dis.Instruction, ...]:
+    """The instructions of a code object; problems are built by the thousand, of the same methods."""
+    return tuple(dis.get_instructions(code))
+
+
 def _attribute(holder: type[Part], name: str | None, attribute: str, refuse: Callable[[str], None]) -> None:
     parameters = holder.parameter_names()
     if attribute not in parameters and not isinstance(getattr(holder, attribute, None), types.FunctionType):
@@ -113,7 +120,7 @@ def _globals_of(function: types.FunctionType) -> Iterator[tuple[str, Any, int]]:
     """What a function reads, and in which line, from its module and, one level down, from modules that it names."""
     last: Any = None
     line = function.__code__.co_firstlineno
-    for instruction in dis.get_instructions(function.__code__):
+    for instruction in _instructions(function.__code__):
         name = instruction.argval
         line = (instruction.positions and instruction.positions.lineno) or line
         if instruction.opname == "LOAD_GLOBAL" and name in function.__globals__:

@@ -2,13 +2,16 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 import numpy as np
 
 from fvkit.part import Part, default
 from fvkit.pointwise import combine, subtract
+
+if TYPE_CHECKING:
+    from fvkit.riemann import RiemannSolver
 
 
 @attrs.frozen
@@ -20,7 +23,8 @@ class Model(Part, ABC):
     3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
        arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``; ``self`` gives float fields and pointwise methods.
     4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
-       momentum. Walls, conservation statistics and drag are derived from it. () for a general law.
+       momentum, the mass that carries it last. Walls, positivity, treatment of dry faces, conservation statistics, drag
+       and friction are derived from it. () for a general law.
     5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
        fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
     6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
@@ -73,6 +77,20 @@ class Model(Part, ABC):
         raise NotImplementedError(f"{type(self).__name__} defines no `cross`: the scheme skips it")
 
     @default
+    def relaxation(self, ql, qr, auxl, auxr, jump):
+        """Return (waves, speeds) that keep every mass non-negative, for any data. No default.
+
+        Where a model defines it, any other solver falls back to it at faces next to dry ground.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `relaxation`")
+
+    @default
+    def settle(self, q):
+        """Return the state that a cell keeps after a step: what is too thin to move loses its momentum. Asked only
+        where defined."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `settle`: cells keep what they get")
+
+    @default
     def admissible(self, q):
         """Return whether the state is physical. Asked only where a model defines it; masses are always checked."""
         raise NotImplementedError(f"{type(self).__name__} defines no `admissible`: the checks skip it")
@@ -86,6 +104,16 @@ class Model(Part, ABC):
     def may_lose_hyperbolicity(self, ql, qr):
         """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; that is then not computed."""
         raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
+
+    def resolved(self, q0: np.ndarray) -> "Model":
+        """Return this model with the parameters that were left open (None) set to fit the initial state q0."""
+        return self
+
+    def default_riemann(self) -> "RiemannSolver":
+        """Return the Riemann solver of a run that names none: Roe, or HLL where there is no Roe decomposition."""
+        from fvkit.riemann import HLL, Roe
+
+        return Roe() if self.defines("decompose") else HLL()
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
         """Return what a person looks at, {name: (n,)}: by default the conserved quantities."""

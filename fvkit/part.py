@@ -1,8 +1,12 @@
 """`Part`: what every pluggable piece (model, solver, limiter, boundary, source) has in common."""
 
+from math import nan
 from typing import Any
 
 import attrs
+
+#: Types of the fields that pointwise code sees.
+_NUMBERS = (float, int, float | None, "float", "int", "float | None")
 
 
 @attrs.frozen
@@ -17,11 +21,11 @@ class Part:
     def parameter_names(cls) -> tuple[str, ...]:
         """Names of the numeric fields, in order."""
         fields: Any = attrs.fields(cls)
-        return tuple(field.name for field in fields if field.type in (float, int, "float", "int"))
+        return tuple(field.name for field in fields if field.type in _NUMBERS)
 
     def parameters(self) -> tuple[float, ...]:
-        """Values of the numeric fields, in order."""
-        return tuple(float(getattr(self, name)) for name in self.parameter_names())
+        """Values of the numeric fields, in order; NaN for one that is left open (None)."""
+        return tuple(nan if value is None else float(value) for value in map(self.__getattribute__, self.parameter_names()))
 
     @classmethod
     def defines(cls, name: str) -> bool:

@@ -10,6 +10,9 @@ from functools import reduce
 
 import numpy as np
 
+#: The smallest normal double, added to denominators that vanish together with their numerators.
+TINY = float(np.finfo(float).tiny)
+
 where = np.where
 maximum = np.maximum
 minimum = np.minimum
@@ -48,3 +51,14 @@ def dot(x, y):
 def weighted(weights, vectors):
     """Return the tuple sum_k weights_k vectors_k."""
     return reduce(add, map(scale, weights, vectors))
+
+
+def known(value, otherwise):
+    """Return a parameter, or ``otherwise`` where it was left open (None)."""
+    return otherwise if value is None else value
+
+
+def largest_share(change, below, above):
+    """Return the largest share in [0, 1] of a change that stays within ``below`` and ``above``, both >= 0, of zero."""
+    room = maximum(where(change > 0.0, above, below), 0.0)
+    return minimum(1.0, room / (np.abs(change) + TINY))

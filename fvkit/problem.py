@@ -83,6 +83,7 @@ class Problem:
             raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
         object.__setattr__(self, "aux_averages", self._average_aux())
         object.__setattr__(self, "q0", self._average_initial())
+        object.__setattr__(self, "model", _validate.instance(self.model.resolved(self.q0), "model.resolved()", Model))
         self._check_contract()
 
     def _average_aux(self) -> dict[str, np.ndarray]:
@@ -123,9 +124,9 @@ class Problem:
         model, kind, rows = self.model, type(self.model), len(self.model.conserved)
         q, aux, count = self.sample()
         face = (q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux))
-        optional = {"jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face}
+        optional = {"settle": (q,), "jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face}
         single = {"admissible": (q,), "hyperbolic_discriminant": face[:2], "may_lose_hyperbolicity": face[:2]}
-        asked = [name for name in (*optional, *single, "decompose") if model.defines(name)]
+        asked = [name for name in (*optional, *single) if model.defines(name)]
         contract.read(kind, ("flux", "wave_speeds", *asked))
         contract.rehearse(model, "flux", (q,), rows, count)
         contract.rehearse(model, "wave_speeds", (q,), 2, count)
@@ -135,8 +136,10 @@ class Problem:
         for name, arguments in single.items():
             if name in asked:
                 contract.rehearse_value(model, name, arguments, count)
-        if "decompose" in asked:
-            contract.rehearse_waves(model, "decompose", (*face, q), rows, count)
+        for name in ("decompose", "relaxation"):
+            if model.defines(name):
+                contract.read(kind, (name,))
+                contract.rehearse_waves(model, name, (*face, q), rows, count)
         for side in self.boundary:
             contract.read(type(side), ("ghost",), kind)
             contract.rehearse(side, "ghost", (model, q, side.values(model, self.t_start)), rows, count)
@@ -144,4 +147,7 @@ class Problem:
             source.check(model)
             contract.read(type(source), ("step", "rate"), kind)
             contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
+            if source.defines("limit_jump"):
+                contract.read(type(source), ("limit_jump",), kind)
+                contract.rehearse(source, "limit_jump", (model, *face, q, self.grid.dx), rows, count)
             contract.rehearse(source, "rate", (model, q, aux), rows, count)

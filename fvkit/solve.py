@@ -10,7 +10,6 @@ from fvkit import _validate, contract
 from fvkit.backends import BACKENDS, CHUNK, Kernel, March, NumpyKernel, Outcome, make_kernel
 from fvkit.problem import Problem
 from fvkit.progress import reporter
-from fvkit.riemann import HLL, Roe
 from fvkit.schemes import Parts, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 
@@ -183,14 +182,14 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
     """Return the scheme, the default where None, and its parts, checked against the problem."""
     _validate.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else _validate.instance(scheme, "scheme", Scheme)
-    parts = chosen.parts(problem.model, problem.sources)
+    parts = chosen.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
     check_parts(problem, parts)
     return chosen, parts
 
 
 def default_scheme(problem: Problem) -> Scheme:
-    """Second-order wave propagation with Roe, or with HLL where the model defines no Roe decomposition."""
-    return WavePropagation(Roe() if problem.model.defines("decompose") else HLL())
+    """Second-order wave propagation with the model's default Riemann solver."""
+    return WavePropagation(problem.model.default_riemann())
 
 
 def check_parts(problem: Problem, parts: Parts) -> None:

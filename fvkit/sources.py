@@ -6,7 +6,7 @@ from typing import ClassVar
 import attrs
 
 from fvkit.model import Model
-from fvkit.part import Part
+from fvkit.part import Part, default
 
 
 @attrs.frozen
@@ -18,7 +18,10 @@ class Source(Part, ABC):
     2. ``rate(model, q, aux)`` returns dq/dt of the same source; pointwise. `fvkit.rhs` uses it.
     3. ``check(model)`` raises ValueError, with the reason, for a model it cannot act on.
     4. Masses are never touched.
-    5. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
+    5. ``limit_jump(model, ql, qr, auxl, auxr, jump, dx)``, where defined, returns the jump of a face less what a static
+       force of the source holds back; pointwise. It acts before the Riemann solver, which never knows: a slope below
+       its angle of friction then stays at rest, exactly.
+    6. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
        fewer than two, and a scene that is run with such a model leaves it out.
     """
 
@@ -33,6 +36,11 @@ class Source(Part, ABC):
     @abstractmethod
     def step(self, model, q, aux, dt):
         """Return the state after a time dt under this source alone."""
+
+    @default
+    def limit_jump(self, model, ql, qr, auxl, auxr, jump, dx):
+        """Return the jump that is left of a face between cells of length dx. Asked only where defined."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `limit_jump`: the jump stays as it is")
 
     @abstractmethod
     def rate(self, model, q, aux):

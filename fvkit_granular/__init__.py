@@ -6,6 +6,7 @@ from fvkit_granular import scenes
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag
 from fvkit_granular.reduced import Reduced
+from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
@@ -15,8 +16,8 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "ConstantDrag", "FunctionReference", "Reduced", "Reference", "Scene", "SelfConverged", "ShallowWater", "TwoPhase", "compare",
-    "exact", "scene", "scene_names", "scenes",
+    "ConstantDrag", "FunctionReference", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater",
+    "TwoPhase", "compare", "exact", "scene", "scene_names", "scenes",
 ]
 
 

@@ -6,9 +6,11 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model
-from fvkit._validate import number
-from fvkit_granular.shallow_water import roe_velocity
+from fvkit import Model, RiemannSolver, where
+from fvkit._validate import number, optional_number
+from fvkit_granular.bed import IMMOBILE, LEAST_DRY, TINY, bed_step, present, settled, threshold, upper, velocity
+from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio
 
 
@@ -23,6 +25,7 @@ class Reduced(Model):
     ----------
     g : gravity, m/s^2, positive.
     gamma : density ratio fluid/solid in (0, 1).
+    dry : depth rho h, m, below which the velocity is damped; None: 1e-8 of the largest initial depth, at least 1e-30 m.
 
     Notes
     -----
@@ -40,31 +43,37 @@ class Reduced(Model):
     g: float = number(9.81, above=0.0)
     gamma: float = number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
 
-    def flux(self, q):
+    dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
+
+    def layer(self, q):
+        """Return h, M = rho h, v as a face sees them: too thin a film is absent."""
         h, mass, m = q
-        v = m / mass
-        return h * v, m, m * v + 0.5 * self.g * mass * h
+        return where(mass > IMMOBILE * threshold(self.dry), h, 0.0), present(mass, self.dry), velocity(mass, m, self.dry)
+
+    def flux(self, q):
+        h, mass, v = self.layer(q)
+        return h * v, mass * v, mass * v * v + 0.5 * self.g * mass * h
 
     def wave_speeds(self, q):
-        h, mass, m = q
-        v, a = m / mass, np.sqrt(self.g) * np.sqrt(h)
+        h, _, v = self.layer(q)
+        a = np.sqrt(self.g) * np.sqrt(h)
         return v - a, v + a
 
     def jump(self, ql, qr, auxl, auxr):
-        (hl, massl, ml), (hr, massr, mr) = ql, qr
-        vl, vr = ml / massl, mr / massr
-        h, mass = 0.5 * (hl + hr), 0.5 * (massl + massr)
+        (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
         dh, dmass = hr - hl, massr - massl
-        push = self.g * (mass * (dh + (auxr[0] - auxl[0])) + 0.5 * (h * dmass - mass * dh))
-        return hr * vr - hl * vl, mr - ml, mr * vr - ml * vl + push
+        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
+        push = self.g * (0.5 * (massl + massr) * (dh + (db - excess)) + upper(db, massl, massr) * excess
+                         + 0.25 * ((hl + hr) * dmass - (massl + massr) * dh))
+        return hr * vr - hl * vl, massr * vr - massl * vl, massr * vr * vr - massl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         db = auxr[0] - auxl[0]
-        rho = (ql[1] + qr[1]) / (ql[0] + qr[0])
+        rho = (ql[1] + qr[1]) / (ql[0] + qr[0] + TINY)
         return (qr[0] - ql[0]) + db, (qr[1] - ql[1]) + rho * db, qr[2] - ql[2]
 
     def decompose(self, ql, qr, auxl, auxr, jump):
-        h, mass, kappa, v = roe_mean(ql, qr)
+        h, mass, kappa, v = self.roe_mean(ql, qr)
         c = np.sqrt(0.5 * self.g * (h + kappa * mass))
         first, second, third = jump
         contact = (first - kappa * second) / (h + kappa * mass)
@@ -76,15 +85,43 @@ class Reduced(Model):
         middle = (first - outer1[0] - outer3[0], second - outer1[1] - outer3[1], third - outer1[2] - outer3[2])
         return (outer1, middle, outer3), (s1, v, s3)
 
+    def roe_mean(self, ql, qr):
+        """Return h^, M^ (arithmetic) and kappa, v (sqrt(M)-weighted means of h/M and of the velocity)."""
+        (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
+        rootl, rootr = np.sqrt(massl), np.sqrt(massr)
+        share = 1.0 / (rootl + rootr + TINY)
+        kappa = (hl / (rootl + TINY) + hr / (rootr + TINY)) * share
+        return 0.5 * (hl + hr), 0.5 * (massl + massr), kappa, (rootl * vl + rootr * vr) * share
+
     def matrix_product(self, ql, qr, auxl, auxr, v):
-        h, mass, kappa, velocity = roe_mean(ql, qr)
-        drift = v[2] - velocity * v[1]
-        return (velocity * v[0] + kappa * drift, v[2],
-                0.5 * self.g * (mass * v[0] + h * v[1]) + velocity * (drift + v[2]))
+        h, mass, kappa, mean = self.roe_mean(ql, qr)
+        drift = v[2] - mean * v[1]
+        return (mean * v[0] + kappa * drift, v[2],
+                0.5 * self.g * (mass * v[0] + h * v[1]) + mean * (drift + v[2]))
+
+    def relaxation(self, ql, qr, auxl, auxr, jump):
+        (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
+        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
+        al, ar = sound_speeds(hl, hr, db, excess, self.g)
+        push = jump[2] - (massr * vr * vr - massl * vl * vl)
+        (first, second, third), speeds = mass_and_momentum(massl, vl, massr, vr, push, al, ar, jump[1:])
+        s1, star, s3 = speeds
+        carried1 = hl * ((vl - s1) / (star - s1 + TINY)) * star - hl * vl
+        carried3 = hr * vr - hr * ((s3 - vr) / (s3 - star + TINY)) * star
+        return ((carried1,) + first, (jump[0] - carried1 - carried3,) + second, (carried3,) + third), speeds
+
+    def settle(self, q):
+        return q[0], q[1], settled(q[1], q[2], self.dry)
 
     def cross(self, ql, qr, auxl, auxr):
         push = self.g * (qr[2] - ql[2]) * (auxr[0] - auxl[0])
         return 0.0 * push, 0.0 * push, push
+
+    def resolved(self, q0: np.ndarray) -> "Reduced":
+        return resolved(self, q0)
+
+    def default_riemann(self) -> RiemannSolver:
+        return Relaxation()
 
     def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (3, ...) from depth, solid fraction and velocities, keeping the momentum."""
@@ -97,11 +134,3 @@ class Reduced(Model):
         h, mass, m = q
         phi = np.where(h > 0.0, (ratio(mass, h) - self.gamma) / (1.0 - self.gamma), 0.0)
         return {"h": h, "phi": phi, "v": ratio(m, mass), "surface": h + bottom(aux, h)}
-
-
-def roe_mean(ql, qr):
-    """Return h^, M^ (arithmetic) and kappa, v (sqrt(M)-weighted means of h/M and of the velocity)."""
-    (hl, massl, ml), (hr, massr, mr) = ql, qr
-    rootl, rootr = np.sqrt(massl), np.sqrt(massr)
-    kappa = (hl / rootl + hr / rootr) / (rootl + rootr)
-    return 0.5 * (hl + hr), 0.5 * (massl + massr), kappa, roe_velocity(massl, ml, massr, mr)

@@ -6,8 +6,11 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model
-from fvkit._validate import number
+from fvkit import Model, RiemannSolver
+from fvkit._validate import number, optional_number
+from fvkit_granular.bed import LEAST_DRY, bed_step, mean_velocity, present, settled, upper, velocity
+from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio
 
 
@@ -20,6 +23,7 @@ class ShallowWater(Model):
     Parameters
     ----------
     g : gravity, m/s^2, positive.
+    dry : depth, m, below which the velocity is damped; None: 1e-8 of the largest initial depth, at least 1e-30 m.
 
     Notes
     -----
@@ -32,44 +36,67 @@ class ShallowWater(Model):
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1),)
 
     g: float = number(9.81, above=0.0)
+    dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
+
+    def layer(self, q):
+        """Return h, v as a face sees them: too thin a film is absent."""
+        h, m = q
+        return present(h, self.dry), velocity(h, m, self.dry)
 
     def flux(self, q):
-        h, m = q
-        return m, m * m / h + 0.5 * self.g * h * h
+        h, v = self.layer(q)
+        return h * v, h * v * v + 0.5 * self.g * h * h
 
     def wave_speeds(self, q):
-        h, m = q
-        v, a = m / h, np.sqrt(self.g) * np.sqrt(h)
+        h, v = self.layer(q)
+        a = np.sqrt(self.g) * np.sqrt(h)
         return v - a, v + a
 
     def jump(self, ql, qr, auxl, auxr):
-        (hl, ml), (hr, mr) = ql, qr
-        surface = (hr - hl) + (auxr[0] - auxl[0])
-        return mr - ml, mr * (mr / hr) - ml * (ml / hl) + 0.5 * self.g * (hl + hr) * surface
+        (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
+        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
+        surface = (hr - hl) + (db - excess)
+        push = self.g * (0.5 * (hl + hr) * surface + upper(db, hl, hr) * excess)
+        return hr * vr - hl * vl, hr * vr * vr - hl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         return (qr[0] - ql[0]) + (auxr[0] - auxl[0]), qr[1] - ql[1]
 
     def decompose(self, ql, qr, auxl, auxr, jump):
         first, second = jump
-        (hl, ml), (hr, mr) = ql, qr
+        (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
         rootl, rootr, a = np.sqrt(hl), np.sqrt(hr), np.sqrt(0.5 * self.g * (hl + hr))
         roots = rootl + rootr
         both = 1.0 / (roots * a)
-        v = (rootl * (ml / hl) + rootr * (mr / hr)) * (a * both)
+        v = (rootl * vl + rootr * vr) * (a * both)
         s1, s2 = v - a, v + a
         left = (s2 * first - second) * (0.5 * roots * both)
         right = first - left
         return ((left, left * s1), (right, right * s2)), (s1, s2)
 
+    def relaxation(self, ql, qr, auxl, auxr, jump):
+        (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
+        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
+        al, ar = sound_speeds(hl, hr, db, excess, self.g)
+        return mass_and_momentum(hl, vl, hr, vr, jump[1] - (hr * vr * vr - hl * vl * vl), al, ar, jump)
+
+    def settle(self, q):
+        return q[0], settled(q[0], q[1], self.dry)
+
     def matrix_product(self, ql, qr, auxl, auxr, v):
-        velocity = roe_velocity(ql[0], ql[1], qr[0], qr[1])
-        pressure = 0.5 * self.g * (ql[0] + qr[0])
-        return v[1], (pressure - velocity * velocity) * v[0] + 2.0 * velocity * v[1]
+        (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
+        mean = mean_velocity(hl, vl, hr, vr)
+        return v[1], (0.5 * self.g * (hl + hr) - mean * mean) * v[0] + 2.0 * mean * v[1]
 
     def cross(self, ql, qr, auxl, auxr):
         push = self.g * (qr[1] - ql[1]) * (auxr[0] - auxl[0])
         return 0.0 * push, push
+
+    def resolved(self, q0: np.ndarray) -> "ShallowWater":
+        return resolved(self, q0)
+
+    def default_riemann(self) -> RiemannSolver:
+        return Relaxation()
 
     def conserved_from(self, h: Any, phi: Any = 1.0, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (2, ...) from depth, solid fraction and velocities; v = phi vs + (1 - phi) vf."""
@@ -80,9 +107,3 @@ class ShallowWater(Model):
         """Return h, v and the surface h + b."""
         h, m = q
         return {"h": h, "v": ratio(m, h), "surface": h + bottom(aux, h)}
-
-
-def roe_velocity(hl, ml, hr, mr):
-    """Return the Roe mean (sqrt(hl) vl + sqrt(hr) vr)/(sqrt(hl) + sqrt(hr)) of the velocities m/h."""
-    rootl, rootr = np.sqrt(hl), np.sqrt(hr)
-    return (rootl * (ml / hl) + rootr * (mr / hr)) / (rootl + rootr)

@@ -6,9 +6,11 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, maximum, minimum, where
-from fvkit._validate import number
-from fvkit_granular.shallow_water import roe_velocity
+from fvkit import Model, RiemannSolver, maximum, minimum, where
+from fvkit._validate import number, optional_number
+from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, upper, velocity
+from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.spectrum import couplings, quartic_discriminant, shifted_roots
 from fvkit_granular.states import bottom, broadcast, ratio
 
@@ -31,6 +33,8 @@ class TwoPhase(Model):
     ----------
     g : gravity, m/s^2, positive.
     gamma : density ratio fluid/solid in (0, 1).
+    dry : depth of a phase, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
+        initial depth, at least 1e-30 m; smaller values let ever thinner films set the time step.
 
     Notes
     -----
@@ -49,32 +53,58 @@ class TwoPhase(Model):
     g: float = number(9.81, above=0.0)
     gamma: float = number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
 
-    def flux(self, q):
+    dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
+
+    def layers(self, q):
+        """Return hs, vs, hf, vf as a face sees them: too thin a phase is absent, and 0 is the velocity of an absent one."""
         hs, ms, hf, mf = q
+        return present(hs, self.dry), velocity(hs, ms, self.dry), present(hf, self.dry), velocity(hf, mf, self.dry)
+
+    def flux(self, q):
+        hs, vs, hf, vf = self.layers(q)
         half = 0.5 * self.g
-        return ms, ms * ms / hs + half * hs * (hs + (1.0 - self.gamma) * hf), mf, mf * mf / hf + half * hf * hf
+        return hs * vs, hs * vs * vs + half * hs * (hs + (1.0 - self.gamma) * hf), hf * vf, hf * vf * vf + half * hf * hf
 
     def wave_speeds(self, q):
-        hs, ms, hf, mf = q
-        vs, vf, a = ms / hs, mf / hf, np.sqrt(self.g) * np.sqrt(hs + hf)
+        hs, vs, hf, vf = self.layers(q)
+        a = np.sqrt(self.g) * np.sqrt(hs + hf)
+        vs, vf = where(hs > 0.0, vs, vf), where(hf > 0.0, vf, vs)
         return minimum(vs, vf) - a, maximum(vs, vf) + a
 
     def jump(self, ql, qr, auxl, auxr):
-        (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
         hs, hf, dhs, dhf = 0.5 * (hsl + hsr), 0.5 * (hfl + hfr), hsr - hsl, hfr - hfl
-        surface = (dhs + dhf) + (auxr[0] - auxl[0])
-        push = self.g * (hs * surface + 0.5 * (1.0 - self.gamma) * (hf * dhs - hs * dhf))
-        return (msr - msl, msr * (msr / hsr) - msl * (msl / hsl) + push,
-                mfr - mfl, mfr * (mfr / hfr) - mfl * (mfl / hfl) + self.g * hf * surface)
+        db, excess = bed_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
+        surface = dhs + dhf + (db - excess)
+        solid = self.g * (hs * surface + upper(db, hsl, hsr) * excess + 0.5 * (1.0 - self.gamma) * (hf * dhs - hs * dhf))
+        fluid = self.g * (hf * surface + upper(db, hfl, hfr) * excess)
+        return (hsr * vsr - hsl * vsl, hsr * vsr * vsr - hsl * vsl * vsl + solid,
+                hfr * vfr - hfl * vfl, hfr * vfr * vfr - hfl * vfl * vfl + fluid)
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
         solid, db = hsl + hsr, auxr[0] - auxl[0]
-        lift = solid / (solid + hfl + hfr) * db
+        lift = solid / (solid + hfl + hfr + TINY) * db
         return (hsr - hsl) + lift, msr - msl, (hfr - hfl) + (db - lift), mfr - mfl
 
+    def relaxation(self, ql, qr, auxl, auxr, jump):
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
+        hl, hr = hsl + hfl, hsr + hfr
+        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
+        al, ar = sound_speeds(hl, hr, db, excess, self.g)
+        solid = jump[1] - (hsr * vsr * vsr - hsl * vsl * vsl)
+        fluid = jump[3] - (hfr * vfr * vfr - hfl * vfl * vfl)
+        (s1, s2, s3), s_speeds = mass_and_momentum(hsl, vsl, hsr, vsr, solid, al, ar, jump[:2])
+        (f1, f2, f3), f_speeds = mass_and_momentum(hfl, vfl, hfr, vfr, fluid, al, ar, jump[2:])
+        none = (0.0, 0.0)
+        return (s1 + none, s2 + none, s3 + none, none + f1, none + f2, none + f3), s_speeds + f_speeds
+
+    def settle(self, q):
+        hs, ms, hf, mf = q
+        return hs, settled(hs, ms, self.dry), hf, settled(hf, mf, self.dry)
+
     def decompose(self, ql, qr, auxl, auxr, jump):
-        hs, vs, hf, vf = roe_mean(ql, qr)
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
         css, cff, csf = couplings(hs, hf, self.g, self.gamma)
         u1, u4, mu, disc = shifted_roots(hs, hf, vs, vf, self.g, self.gamma, 1)
         a2 = self.g * (hs + hf)
@@ -98,8 +128,13 @@ class TwoPhase(Model):
         z2 = (rest[0] - z3[0], rest[1] - z3[1], rest[2] - z3[2], rest[3] - z3[3])
         return ((s1, l1 * s1, t1, l1 * t1), z2, z3, (s4, l4 * s4, t4, l4 * t4)), (l1, l2, l3, l4)
 
+    def roe_mean(self, ql, qr):
+        """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities."""
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
+        return (0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr), 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr))
+
     def matrix_product(self, ql, qr, auxl, auxr, v):
-        hs, vs, hf, vf = roe_mean(ql, qr)
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
         css, cff, csf = couplings(hs, hf, self.g, self.gamma)
         return (v[1], (css - vs * vs) * v[0] + 2.0 * vs * v[1] + csf * v[2],
                 v[3], cff * v[0] + (cff - vf * vf) * v[2] + 2.0 * vf * v[3])
@@ -112,13 +147,19 @@ class TwoPhase(Model):
         return zero, self.g * (dms * db + self.gamma * exchange), zero, self.g * (dmf * db - exchange)
 
     def may_lose_hyperbolicity(self, ql, qr):
-        hs, vs, hf, vf = roe_mean(ql, qr)
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
         slip = (vs - vf) * (vs - vf)
         return (slip > 2.0 * self.g * (1.0 - self.gamma) * hf) & (slip < 4.0 * self.g * (hs + hf))
 
     def hyperbolic_discriminant(self, ql, qr):
-        hs, vs, hf, vf = roe_mean(ql, qr)
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
         return quartic_discriminant(hs, hf, vs, vf, self.g, self.gamma) + ROUNDING
+
+    def resolved(self, q0: np.ndarray) -> "TwoPhase":
+        return resolved(self, q0)
+
+    def default_riemann(self) -> RiemannSolver:
+        return Relaxation()
 
     def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (4, ...) from depth h, m, solid fraction phi in [0, 1] and velocities vs, vf, m/s."""
@@ -164,12 +205,6 @@ class TwoPhase(Model):
         hs, vs, hf, vf = _primitive(q)
         _, _, _, disc = shifted_roots(hs, hf, vs, vf, self.g, self.gamma)
         return disc / (self.g * (hs + hf))
-
-
-def roe_mean(ql, qr):
-    """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities."""
-    (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
-    return (0.5 * (hsl + hsr), roe_velocity(hsl, msl, hsr, msr), 0.5 * (hfl + hfr), roe_velocity(hfl, mfl, hfr, mfr))
 
 
 def project(weight, u, d, speed, f1, f3, x0, y0, css, cff, csf):

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.part import Part
+from fvkit.pointwise import combine, scale
 
 #: These tests are about the numerics, so they run on NumPy: quick, and without compilation.
 solve, Stepper = partial(fv.solve, backend="numpy"), partial(fv.Stepper, backend="numpy")
@@ -181,3 +182,14 @@ def random_states(count, seed, slowest=3.0):
     hs, hf = rng.uniform(0.05, 3.0, (2, count))
     vs, vf = rng.uniform(-slowest, slowest, (2, count))
     return np.array([hs, hs * vs, hf, hf * vf])
+
+
+@attrs.frozen
+class Fading(fv.Source):
+    """Turns the masses to no number at once: a run with it fails."""
+
+    def step(self, model, q, aux, dt):
+        return combine(np.sqrt(-dt), q, 0.0, q)
+
+    def rate(self, model, q, aux):
+        return scale(0.0, q)

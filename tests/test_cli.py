@@ -43,13 +43,13 @@ def test_a_run_that_fails_exits_1_and_still_writes(tmp_path, monkeypatch, capsys
     import fvkit_granular.scenes as scenes
     from fvkit.cli import main
     from fvkit_granular import Scene
+    from tests.cases import Fading
 
-    def receding():
-        return Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1e-3, 3.0), "phi": 0.5,
-                                                   "vs": np.where(x < 0, -20.0, 20.0), "vf": np.where(x < 0, -20.0, 20.0)})
+    def fading():
+        return Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1.0, 3.0), "phi": 0.5}, sources=Fading())
 
-    monkeypatch.setitem(scenes._SCENES, "receding", receding)
-    assert main(["run", "receding", "--out", str(tmp_path / "out")]) == 1
+    monkeypatch.setitem(scenes._SCENES, "fading", fading)
+    assert main(["run", "fading", "--out", str(tmp_path / "out")]) == 1
     assert "step" in capsys.readouterr().out
     assert (tmp_path / "out" / "solution.npz").exists()
 

@@ -3,12 +3,14 @@
 A tile of cells is copied into one scratch buffer, every field a row at a fixed offset; each group of stages is one loop
 from 0; the new cells are copied out. Rows are longer than a page, offsets are constants, nothing is indexed from below:
 each of these was measured to matter by a factor. Stages that cover the same range and read each other's fields only at
-offset 0 share a loop; a light stage is computed again where it is read; a stage with a guard has its own loop, behind a
-test that the loop before it makes. Divisions and roots that look at one cell only, and that faces ask of both their
-cells, are computed once per cell beforehand.
+offset 0 share a loop; a light stage is computed again where it is read; stages with a guard have their own loops, behind
+tests that the loop before them makes. Divisions and roots that look at one cell only, and that faces ask of both their
+cells, are computed once per cell beforehand. A given function that is zero everywhere, such as a flat bottom, is a
+literal 0 and makes no code.
 """
 
 from collections.abc import Callable
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 import attrs
@@ -24,7 +26,7 @@ from fvkit.schemes.base import Parts, Read, Scheme, Stage
 TILE, SPARE = 509, 19
 
 #: Fields whose values the step itself needs after the stages.
-_KEPT = ("speeds", "left_going", "right_going")
+_KEPT = ("fastest", "to_left")
 
 
 class Row(NamedTuple):
@@ -68,19 +70,21 @@ class Generator:
                            tuple(self._symbolic(limiter) for limiter in parts.limiters),
                            tuple(self._symbolic(source) for source in parts.sources))
         self.boundary = tuple(self._symbolic(side) for side in problem.boundary)
+        self.parts = self.parts._replace(dx=self._parameter())
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
         self.fields: dict[str, Any] = {}
         self.percell = PerCell(self.graph)
         self.read_from: dict[int, str] = {}
-        self.given = len(problem.model.conserved) + len(problem.model.aux)
+        self.given = len(problem.model.conserved) + sum(bool(values.any()) for values in problem.aux_averages.values())
         self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
 
     def _symbolic(self, part: Any) -> Any:
-        def symbol() -> Expr:
-            self.names.append(f"par[{len(self.names)}]")
-            return self.graph.node("uniform", self.names[-1])
+        return with_symbols(part, self._parameter)
 
-        return with_symbols(part, symbol)
+    def _parameter(self) -> Expr:
+        """The symbol of the next parameter."""
+        self.names.append(f"par[{len(self.names)}]")
+        return self.graph.node("uniform", self.names[-1])
 
     def emit(self, line: str, depth: int = 1) -> None:
         """Append a line at a depth of indentation."""
@@ -102,13 +106,14 @@ class Generator:
 
     def reads(self, stage: Stage) -> list[Read]:
         """What a stage reads from cells and other loops: light stages are replaced by what they read themselves."""
-        result: list[Read] = []
-        for field, first, last in stage.reads:
-            if field in self.light:
-                result += [Read(inner.field, first + inner.first, last + inner.last) for inner in self.reads(self.light[field])]
-            else:
-                result.append(Read(field, first, last))
-        return result
+        return [inner for read in stage.reads for inner in self.sources_of(read)]
+
+    def sources_of(self, read: Read) -> list[Read]:
+        """The read itself, or those of the light stage that writes its field."""
+        field, first, last = read
+        if field not in self.light:
+            return [read]
+        return [Read(inner.field, first + inner.first, last + inner.last) for inner in self.reads(self.light[field])]
 
     def groups(self) -> list[tuple[tuple[int, int], list[Stage]]]:
         """Consecutive stages that share a loop."""
@@ -147,24 +152,34 @@ class Generator:
             return self.load(value, place)
         return tuple(self.loaded(item, place) for item in value) if isinstance(value, tuple) else value
 
-    def store(self, values: dict[str, Any], low: int, rows: dict[str, Any] | None = None) -> list[tuple[Row, Expr]]:
-        """Give rows to the values that vary from cell to cell; return what to write where."""
-        writes: list[tuple[Row, Expr]] = []
-        rewritten = {name for stage in self.plan.stages if stage.guard is not None for name in stage.writes}
+    def store(self, values: dict[str, Any], low: int, later: dict[str, Any]) -> list[tuple[Row, Expr]]:
+        """Give rows to the values that vary from cell to cell, here or in a guarded stage; return what to write where.
 
-        def place(value: Any, row: Any = None) -> Any:
+        ``later`` holds what guarded stages make of them.
+        """
+        writes: list[tuple[Row, Expr]] = []
+
+        def place(value: Any, other: Any) -> Any:
             if isinstance(value, tuple):
-                return tuple(place(item, row[k] if row is not None else None) for k, item in enumerate(value))
-            if row is None and not forced and (not isinstance(value, Expr) or value.uniform):
+                return tuple(place(item, other[k]) for k, item in enumerate(value))
+            if value is other if isinstance(value, Expr) and value.uniform else not isinstance(value, Expr) and value == other:
                 return value
-            target = row if row is not None else self.new_row(low)
-            writes.append((target, value))
-            return target
+            writes.append((self.new_row(low), value))
+            return writes[-1][0]
 
         for name, value in values.items():
-            forced = name in rewritten
-            self.fields[name] = place(value, None if rows is None else rows[name])
+            self.fields[name] = place(value, later.get(name, value))
         return writes
+
+    def restore(self, values: dict[str, Any]) -> list[tuple[Row, Any]]:
+        """Return what a guarded stage writes to the rows that its fields have."""
+        def pairs(row: Any, value: Any) -> list[tuple[Row, Any]]:
+            if isinstance(row, Row):
+                return [(row, value)]
+            inner = zip(row, value, strict=True) if isinstance(row, tuple) else ()
+            return [pair for one, other in inner for pair in pairs(one, other)]
+
+        return [pair for name, value in values.items() for pair in pairs(self.fields[name], value)]
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
              always: bool = False) -> None:
@@ -237,9 +252,13 @@ class Generator:
         start = len(self.lines)
         later = self.remaining_reads()
         groups = self.groups()
-        for k, (span, stages) in enumerate(groups[:-1]):
-            self.stage_loop(span, stages, groups[k + 1][1][0], later[k], first=k == 0)
+        k = 0
+        while k < len(groups) - 1:
+            guarded = [stages[0] for _, stages in takewhile(lambda group: group[1][0].guard is not None, groups[k + 1:])]
+            self.stage_loop(*groups[k], guarded, later[k + len(guarded)], first=k == 0)
+            k += 1 + len(guarded)
         self.count_lost()
+        self.close_walls()
         self.update(groups[-1])
         self.lines[start:start] = self.per_cell()
         body, self.lines = self.lines, []
@@ -253,7 +272,8 @@ class Generator:
 
     def remaining_reads(self) -> list[set[str]]:
         """For each group, the fields that groups after it read, or that the step itself needs."""
-        result, wanted = [], set(_KEPT[1:])
+        result: list[set[str]] = []
+        wanted = {field for name in _KEPT[1:] for field, _, _ in self.sources_of(Read(name, 0, 0))}
         for _, stages in reversed(self.groups()):
             result.append(set(wanted))
             wanted |= {read.field for stage in stages for read in self.reads(stage)}
@@ -266,16 +286,17 @@ class Generator:
         self.fields["q"] = tuple(self.new_row(-halo) for _ in model.conserved)
         for k, row in enumerate(self.fields["q"]):
             self.copy(f"q[{k}, c0:c0 + {width}]", width, row, "0")
-        self.fields["aux"] = tuple(self.new_row(-halo) for _ in model.aux)
-        if model.aux:
+        self.fields["aux"] = tuple(self.new_row(-halo) if self.problem.aux_averages[name].any() else 0.0 for name in model.aux)
+        rows = [(k, row) for k, row in enumerate(self.fields["aux"]) if isinstance(row, Row)]
+        if rows:
             self.emit(f"low = max(c0 - {halo}, 0)")
             self.emit(f"high = min(c0 + nt + {halo}, n)")
-        for k, row in enumerate(self.fields["aux"]):
+        for k, row in rows:
             self.copy(f"aux[{k}, low:high]", "high - low", row, f"low - c0 + {halo}")
             self.copy(f"edges[{k}, c0:{halo}]", f"{halo} - c0", row, "0")
             self.copy(f"edges[{k}, {halo}:]", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
         if self.parts.sources and self.scheme.splitting.before > 0.0:
-            q, aux = (tuple(self.load(row, -halo) for row in self.fields[name]) for name in ("q", "aux"))
+            q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.sources)
             self.loop(width, list(zip(self.fields["q"], state, strict=True)), -halo, [])
 
@@ -292,35 +313,39 @@ class Generator:
             q = source.step(self.parts.model, q, aux, dt)
         return q
 
-    def stage_loop(self, span: tuple[int, int], stages: list[Stage], following: Stage, later: set[str],
+    def stage_loop(self, span: tuple[int, int], stages: list[Stage], guarded: list[Stage], later: set[str],
                    first: bool) -> None:
-        """The loop of a group, and the test for a guarded stage that follows it."""
-        (low, high), guarded = span, stages[0].guard is not None
-        own: dict[str, Any] = {}
-        for stage in stages:
-            inputs = self.inputs(stage, low, own, low)
-            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True))
-        if guarded:
-            self.emit("if hit != 0:")
+        """The loop of a group, and behind tests that it makes, those of the guarded stages that follow it."""
+        low, high = span
+        count, own = f"nt + {high - low}", self.run(stages, low)
         extra: list[tuple[str, Any]] = []
-        largest: Any = self.graph.node("load", "smx[j]")
-        for speed in own.get("speeds", ()):
-            size = abs(speed) if isinstance(speed, Expr) else float(abs(speed))
-            largest = self.graph.node("maximum", size, largest)
-        if "speeds" in own:
-            extra.append(("smx[j] = {}", largest))
-        if following.guard is not None:
-            if guarded:
-                raise Untraceable("a guarded stage must follow one without guard")
-            condition = following.guard(self.parts, self.ratio, *self.inputs(following, low, own, low))
-            self.emit("hit = 0")
-            extra.append(("hit = hit | {}", condition))
+        changed: dict[str, Any] = {}
+        for k, stage in enumerate(guarded):
+            inputs = self.inputs(stage, low, own, low)
+            self.emit(f"hit{k} = 0")
+            extra.append((f"hit{k} = hit{k} | {{}}", stage.guard(self.parts, self.ratio, *inputs)))  # type: ignore[misc]
+            changed |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True))
+            later = later | {read.field for read in self.reads(stage)}
+        largest = self.graph.node("load", "smx[j]")
+        if "fastest" in own and "fastest" not in changed:
+            extra.append(("smx[j] = {}", self.graph.node("maximum", own["fastest"], largest)))
         if first and self.problem.model.defines("hyperbolic_discriminant"):
             self.emit("doubt = 0")
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
-        writes = self.store(kept, low, self.fields if guarded else None)
-        self.loop(f"nt + {high - low}", writes, low, extra, 2 if guarded else 1, always=not guarded)
+        self.loop(count, self.store(kept, low, changed), low, extra, always=True)
+        for k, stage in enumerate(guarded):
+            self.emit(f"if hit{k} != 0:")
+            self.loop(count, self.restore(self.run([stage], low)), low, [], depth=2)
+        if "fastest" in changed:
+            self.loop(count, [], low, [("smx[j] = {}", self.graph.node("maximum", self.value("fastest", low, {}, low), largest))])
+
+    def run(self, stages: list[Stage], low: int) -> dict[str, Any]:
+        """Symbols of what stages that share a loop write, at ``low``."""
+        own: dict[str, Any] = {}
+        for stage in stages:
+            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own, low)), strict=True))
+        return own
 
     def face(self, place: int) -> tuple[Any, Any]:
         """Symbols of the states on both sides of the face at loop variable + place."""
@@ -343,13 +368,13 @@ class Generator:
     def update(self, group: tuple[tuple[int, int], list[Stage]]) -> None:
         """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""
         (low, _), stages = group
-        own: dict[str, Any] = {}
-        for stage in stages:
-            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own, low)), strict=True))
-        q, aux = (tuple(self.load(row, low) for row in self.fields[name]) for name in ("q", "aux"))
+        own = self.run(stages, low)
+        q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
         new = tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
         if self.scheme.splitting.after > 0.0:
             new = self.act(new, aux, self.after, self.parts.sources[::-1])
+        if self.problem.model.defines("settle"):
+            new = self.parts.model.settle(new)
         rows = tuple(self.new_row(0) for _ in new)
         self.emit("bad = 0")
         self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | (1 - {})", self.good(new))])
@@ -372,20 +397,26 @@ class Generator:
             result = result & self.parts.model.admissible(q)
         return result
 
+    def close_walls(self) -> None:
+        """Let no mass pass a closed end of the grid."""
+        for part, test, face in zip(self.boundary, ("c0 == 0", "closing == 1"), ("0", "nt"), strict=True):
+            rows = [row for row in self.fields.get("carried", ()) if isinstance(row, Row)]
+            if part.closed and rows:
+                self.emit(f"if {test}:")
+                self.emit(f"j = {face}", 2)
+                for row in rows:
+                    self.emit(f"{row.at(0)} = 0.0", 2)
+
     def end_fluxes(self) -> None:
         """Leave the mass fluxes of the tile's first and last face in ``ends``."""
         rows = self.problem.model.mass_rows()
         if not rows or self.problem.boundary[0].reads == "opposite":
             return
-        for k, (cell, face, field, sign) in enumerate((("0", "0", "right_going", "-"), ("nt - 1", "nt", "left_going", "+"))):
-            flux = self.parts.model.flux(tuple(self.load(row, 0) for row in self.fields["q"]))
-            self.emit(f"j = {cell}")
-            names = self.assign([flux[row] for row in rows], 1)
+        for k, face in enumerate(("0", "nt")):
             self.emit(f"j = {face}")
-            for position, (row, name) in enumerate(zip(rows, names, strict=True)):
-                target = self.fields[field][row]
-                fluctuation = target.at(0) if isinstance(target, Row) else self.assign([target], 1)[0]
-                self.emit(f"ends[{k}, {position}] = {name} {sign} {fluctuation}")
+            names = self.assign([self.value("to_left", 0, {}, 0)[row] for row in rows], 1)
+            for position, name in enumerate(names):
+                self.emit(f"ends[{k}, {position}] = {name}")
 
     # ------------------------------------------------------------------ boundaries
 

@@ -48,7 +48,7 @@ class NumbaKernel(Kernel):
         self.module = _module(_text(source.text, self.plan.halo), source.blocks)
         self.compile_seconds = time.perf_counter() - started
         every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *problem.boundary)
-        self.parameters = np.array([value for part in every for value in part.parameters()], dtype=float)
+        self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
         self._rows = source.rows
         self._scratch = self.scratch()
         self._steady = self.boundary_values(problem.t_start)

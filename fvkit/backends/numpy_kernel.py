@@ -1,6 +1,6 @@
 """The NumPy backend: every stage of a scheme on whole arrays, in chunks where they are long."""
 
-from math import isfinite, nan
+from math import isfinite
 from typing import Any, ClassVar
 
 import numpy as np
@@ -46,6 +46,10 @@ class NumpyKernel(StepwiseKernel):
         if splitting.after > 0.0:
             for source in reversed(sources):
                 self._act(source, new, new, splitting.after * dt, range(self.halo, self.halo + self.cells))
+        if self.problem.model.defines("settle"):
+            inside = self.inside(new)
+            for row, component in zip(inside, self.problem.model.settle(tuple(inside)), strict=True):
+                row[:] = component
         return Trial(speed, self._good(new), flux, lost, lost_face)
 
     def _good(self, padded: np.ndarray) -> bool:
@@ -66,7 +70,7 @@ class NumpyKernel(StepwiseKernel):
 
     def _transport(self, q: np.ndarray, out: np.ndarray, dt: float) -> tuple[float, np.ndarray, int, int]:
         """Write into ``out`` the state after transport for dt; return largest speed, end fluxes, lost faces and the first."""
-        ratio, last_cell = dt / self.problem.grid.dx, self.halo + self.cells - 1
+        ratio = dt / self.problem.grid.dx
         speeds, lost, lost_face = [], 0, -1
         flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
@@ -75,12 +79,13 @@ class NumpyKernel(StepwiseKernel):
             for target, row, net in zip(out, q, fields["net"], strict=True):
                 np.multiply(net, -ratio, out=target[here])
                 target[here] += row[here]
-            speeds.append(_largest(fields["speeds"]))
+            speeds.append(_largest(fields["fastest"]))
             if self.mass_rows and not self.closed:
+                through, low = fields["to_left"], self._lows["to_left"]
                 if start == 0:
-                    flux[0] = self._end_flux(q[:, self.halo], fields, "right_going", 0, -1.0)
+                    flux[0] = [through[row][-low] for row in self.mass_rows]
                 if start + n == self.cells:
-                    flux[1] = self._end_flux(q[:, last_cell], fields, "left_going", n, 1.0)
+                    flux[1] = [through[row][n - low] for row in self.mass_rows]
             faces = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
             if len(faces):
                 lost_face = start + int(faces[0]) if not lost else lost_face
@@ -120,10 +125,21 @@ class NumpyKernel(StepwiseKernel):
         here = slice(start, start + n + 2 * self.halo)
         fields: dict[str, Field] = {"q": tuple(q[:, here]), "aux": tuple(self._aux[:, here])}
         for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
+            if stage.writes == ("to_left",):
+                self._close_walls(fields, start, n)
             inputs = [_cut(fields[field], part) for field, part in reads]
             if stage.guard is None or np.any(stage.guard(self.parts, ratio, *inputs)):
                 fields.update(zip(stage.writes, stage.compute(self.parts, ratio, *inputs), strict=True))
         return fields
+
+    def _close_walls(self, fields: dict[str, Field], start: int, n: int) -> None:
+        """Let no mass pass a closed end of the grid."""
+        left, right = self.problem.boundary
+        for row in fields.get("carried", ()):
+            if left.closed and start == 0:
+                row[-self._lows["carried"]] = 0.0
+            if right.closed and start + n == self.cells:
+                row[n - self._lows["carried"]] = 0.0
 
     def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
         """For each stage, the part of each field that it reads in a chunk of n cells."""
@@ -138,11 +154,6 @@ class NumpyKernel(StepwiseKernel):
         """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
         return slice(low + offset - self._lows[field], n + high + offset - self._lows[field])
 
-    def _end_flux(self, q: np.ndarray, fields: dict[str, Field], name: str, face: int, sign: float) -> list[float]:
-        """Mass fluxes through an end face: the flux of the cell inside and the fluctuation that enters it."""
-        flux, at = self.problem.model.flux(tuple(q)), face - self._lows[name]
-        return [flux[row] + sign * fields[name][row][at] for row in self.mass_rows]
-
 
 def _slice(cells: range) -> slice:
     """The slice of the same cells; none of ours ends at index 0 going down."""
@@ -155,7 +166,6 @@ def _cut(value: tuple[Any, ...], here: slice) -> tuple[Any, ...]:
                   else _cut(item, here) if type(item) is tuple else item for item in value])
 
 
-def _largest(speeds: tuple[Any, ...]) -> float:
-    """Largest |speed|, NaN if any is."""
-    ends = [end for speed in speeds for end in (np.maximum.reduce(speed, None), -np.minimum.reduce(speed, None))]
-    return nan if any(end != end for end in ends) else float(max(ends))
+def _largest(speed: Any) -> float:
+    """Largest of speeds that are >= 0, NaN if any is."""
+    return float(np.maximum.reduce(speed, None))

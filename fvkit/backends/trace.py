@@ -184,7 +184,9 @@ def _multiply(graph: Graph, a: Any, b: Any) -> Any:
 
 def _divide(graph: Graph, a: Any, b: Any) -> Any:
     a, b = _value(a), _value(b)
-    return a if not isinstance(b, Expr) and b == 1.0 else graph.node("/", a, b)
+    if (not isinstance(b, Expr) and b == 1.0) or (not isinstance(a, Expr) and a == 0.0):
+        return a
+    return graph.node("/", a, b)
 
 
 def _power(graph: Graph, a: Any, b: Any) -> Any:

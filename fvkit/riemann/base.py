@@ -20,11 +20,14 @@ class RiemannSolver(Part, ABC):
        ``needs`` names the questions without a usable default.
     4. ``eigenvectors = True`` says that each wave is an eigenvector of the Roe-mean matrix with its speed; else
        second order takes the matrix itself from ``model.matrix_product``.
-    5. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    5. ``positive = True`` says that masses stay non-negative for any data; else the scheme falls back to the model's
+       ``relaxation``, where it defines one, at faces next to dry ground.
+    6. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
     """
 
     needs: ClassVar[tuple[str, ...]] = ()
     eigenvectors: ClassVar[bool] = False
+    positive: ClassVar[bool] = False
 
     @abstractmethod
     def solve(self, model, ql, qr, auxl, auxr, jump):

@@ -13,12 +13,13 @@ from fvkit.sources import Source, Splitting
 
 
 class Parts(NamedTuple):
-    """The parts that a stage's function may ask."""
+    """The parts that a stage's function may ask, and the length of a cell."""
 
     model: Model
     riemann: RiemannSolver
     limiters: tuple[Limiter, ...]
     sources: tuple[Source, ...]
+    dx: Any = 1.0
 
 
 class Read(NamedTuple):
@@ -60,7 +61,8 @@ class Scheme(ABC):
 
     1. ``parts(model, sources)`` collects the parts and refuses, naming both, what cannot work together.
     2. ``stages(parts)`` lists the stages of one transport step, only those that these parts need:
-       q_new = q - dt/dx net.
+       q_new = q - dt/dx net. ``fastest`` is the largest speed at a face. Where the model has masses, ``carried`` holds
+       their fluxes, which a closed wall sets to 0, and the light stages that write ``to_left`` and ``to_right`` come last.
     3. ``cfl`` is the Courant number that the time step aims at; a step above ``cfl_max`` is rejected and redone.
     4. ``splitting`` says when sources act.
     """

@@ -8,17 +8,21 @@ import numpy as np
 from fvkit import _validate
 from fvkit.limiters import MC, Limiter
 from fvkit.model import Model
-from fvkit.pointwise import add, combine, dot, maximum, multiply, scale, subtract, weighted, where
+from fvkit.pointwise import TINY, add, combine, dot, maximum, multiply, scale, subtract, weighted, where
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
+from fvkit.schemes.dry import distrusted, fall_back, hold_within, mass_fluxes, may_overdraw
+from fvkit.schemes.fluctuations import anchored, half_signs, right_going
 from fvkit.sources import Source, Splitting, Strang
 
-#: Added to <Z, Z> in the upwind ratio, so that an absent wave has theta = 0: the smallest normal double.
-_TINY = float(np.finfo(float).tiny)
-
-_FACE = (Read("q", -1, 0), Read("aux", -1, 0))
+_STATES = (Read("q", -1, 0),)
+_FACE = (*_STATES, Read("aux", -1, 0))
 _BOTH = ("left_going", "right_going")
-_FLUCTUATIONS = (Read("left_going", 0, 0), Read("right_going", 0, 0))
+
+
+def _here(*fields: str) -> tuple[Read, ...]:
+    """Read fields of the face itself."""
+    return tuple(Read(field, 0, 0) for field in fields)
 
 
 def _limiters(value: Any) -> tuple[Limiter, ...]:
@@ -85,41 +89,73 @@ class WavePropagation(Scheme):
         return Parts(model, self.riemann, self.limiter, sources)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
-        riemann = self.riemann
-        result = [Stage(riemann_problem, _FACE, ("jump", "waves", "speeds")),
-                  Stage(upwinding, (Read("speeds", 0, 0),), ("sides",), light=True),
-                  Stage(fluctuations, (Read("jump", 0, 0), Read("waves", 0, 0), Read("sides", 0, 0)), _BOTH)]
-        if self.entropy_fix and riemann.eigenvectors:
-            result.append(Stage(entropy_viscosity, (*_FACE, Read("speeds", 0, 0), *_FLUCTUATIONS), _BOTH, guard=transonic))
-        if self.order == 2:
-            limits = any(limiter.limits for limiter in parts.limiters)
-            if limits:
-                result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",), light=True))
-            waves = (Read("waves", 0, 0), Read("speeds", 0, 0), Read("sides", 0, 0), *_FLUCTUATIONS,
-                     *((Read("overlaps", 0, 1),) if limits else ()))
-            correction = eigenvector_correction if riemann.eigenvectors else matrix_correction
-            result.append(Stage(correction, waves if riemann.eigenvectors else (*_FACE, *waves), _BOTH))
-            if self.cross_term and parts.model.defines("cross"):
-                result.append(Stage(cross_correction, (*_FACE, *_FLUCTUATIONS), _BOTH))
-        result.append(Stage(net_fluctuation, (Read("right_going", 0, 0), Read("left_going", 1, 1)), ("net",)))
-        return tuple(result)
+        riemann, model = self.riemann, parts.model
+        result = [Stage(riemann_problem, _FACE, ("jump", "waves", "speeds", "fastest")),
+                  Stage(upwinding, _here("speeds"), ("sides",), light=True),
+                  Stage(fluctuations, (*_STATES, *_here("jump", "waves", "sides")), _BOTH)]
+        fixes = self.entropy_fix and riemann.eigenvectors
+        if fixes:
+            result.append(Stage(entropy_viscosity, (*_FACE, *_here("speeds", *_BOTH)), _BOTH, guard=transonic))
+        if model.defines("relaxation") and not riemann.positive:
+            first = (*_BOTH, "fastest")
+            every = (*first, "speeds", "waves") if self.order == 2 else (*first, "speeds") if fixes else first
+            result.append(Stage(fall_back, (*_FACE, *_here("jump", *every)), every if self.order == 2 else first,
+                                guard=distrusted_or_fixed if fixes else distrusted))
+        terms = self._corrections(parts)
+        result += self._second_order(parts) if terms else []
+        if model.phases:
+            held = ("carried", *terms)
+            result += [Stage(mass_fluxes, _here("left_going", *terms[:1]), ("carried",)),
+                       Stage(hold_within, (*_STATES, *_here("left_going", *held)), held, guard=may_overdraw)]
+            terms = (*terms, "carried")
+        return (*result, Stage(to_left, _here("left_going", *terms), ("to_left",), light=True),
+                Stage(to_right, _here("right_going", *terms), ("to_right",), light=True),
+                Stage(net_fluctuation, (Read("to_right", 0, 0), Read("to_left", 1, 1)), ("net",)))
+
+    def _second_order(self, parts: Parts) -> list[Stage]:
+        """The stages of the corrections: they write "correction" and, where the model has it, "cross"."""
+        result = []
+        if parts.model.defines("relaxation") and not self.riemann.positive:
+            result.append(Stage(upwinding, _here("speeds"), ("sides",), light=True))
+        limits = any(limiter.limits for limiter in parts.limiters)
+        if limits:
+            result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",), light=True))
+        waves = (*_here("waves", "speeds", "sides"), *((Read("overlaps", 0, 1),) if limits else ()))
+        result.append(Stage(eigenvector_correction, waves, ("correction",)) if self.riemann.eigenvectors else
+                      Stage(matrix_correction, (*_FACE, *waves), ("correction",)))
+        if "cross" in self._corrections(parts):
+            result.append(Stage(cross_term, _FACE, ("cross",)))
+        return result
+
+    def _corrections(self, parts: Parts) -> tuple[str, ...]:
+        """Names of the correction fields."""
+        if self.order == 1:
+            return ()
+        return ("correction", "cross") if self.cross_term and parts.model.defines("cross") else ("correction",)
 
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face into waves."""
+    """Resolve the jump of a face, less what static forces hold back, into waves."""
     jump = parts.model.jump(ql, qr, auxl, auxr)
-    return jump, *parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+    for source in parts.sources:
+        if source.defines("limit_jump"):
+            jump = source.limit_jump(parts.model, ql, qr, auxl, auxr, jump, parts.dx)
+    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+    fastest = np.abs(speeds[0])
+    for speed in speeds[1:]:
+        fastest = maximum(fastest, np.abs(speed))
+    return jump, waves, speeds, fastest
 
 
 def upwinding(parts, ratio, speeds):
-    """Return half the sign of every speed: 1/2 minus it is the share of the wave that travels left."""
-    return (tuple([0.5 * np.sign(speed) for speed in speeds]),)
+    """Return half the sign of every speed."""
+    return (half_signs(speeds),)
 
 
-def fluctuations(parts, ratio, jump, waves, sides):
+def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
     """Split the jump of a face into what travels left and what travels right."""
-    left = weighted([0.5 - side for side in sides], waves)
-    return left, subtract(jump, left)
+    left = anchored(parts, ql, weighted([0.5 - side for side in sides], waves))
+    return left, right_going(parts, jump, left)
 
 
 def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
@@ -127,6 +163,12 @@ def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
     lowl, highl = parts.model.wave_speeds(ql)
     lowr, highr = parts.model.wave_speeds(qr)
     return maximum((lowr - lowl) - np.abs(speeds[0]), (highr - highl) - np.abs(speeds[-1])) > 0.0
+
+
+def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, jump, left, right, fastest, speeds, waves=None):
+    """Whether a face needs the fallback, perhaps after the entropy fix."""
+    return (distrusted(parts, ratio, ql, qr, auxl, auxr, jump, left)
+            | transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right))
 
 
 def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
@@ -138,7 +180,8 @@ def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
     extra = scale(0.5 * harten(speeds[0], lowr - lowl), pieces[0])
     if len(speeds) > 1:
         extra = combine(1.0, extra, 0.5 * harten(speeds[-1], highr - highl), pieces[-1])
-    return subtract(left, extra), add(right, extra)
+    left = subtract(left, extra)
+    return left, tuple([0.0 if k in parts.model.mass_rows() else item for k, item in enumerate(add(right, extra))])
 
 
 def harten(speed, width):
@@ -160,33 +203,56 @@ def limited(limiters, ratio, waves, speeds, overlaps):
         return tuple(1.0 for _ in waves)
     factors = []
     for k, (wave, speed, before, after) in enumerate(zip(waves, speeds, *overlaps, strict=True)):
-        theta = where(speed > 0.0, before, after) / (dot(wave, wave) + _TINY)
+        theta = where(speed > 0.0, before, after) / (dot(wave, wave) + TINY)
         factors.append(limiters[k if len(limiters) > 1 else 0].phi(theta, np.abs(speed) * ratio))
     return tuple(factors)
 
 
-def eigenvector_correction(parts, ratio, waves, speeds, sides, left, right, *overlaps):
-    """Add the correction flux of waves that are eigenvectors: 1/2 (sgn s - s dt/dx) Z~."""
+def eigenvector_correction(parts, ratio, waves, speeds, sides, *overlaps):
+    """Return the correction flux of waves that are eigenvectors: 1/2 (sgn s - s dt/dx) Z~."""
     factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
     half = 0.5 * ratio
     weights = [(side - half * speed) * factor for side, speed, factor in zip(sides, speeds, factors, strict=True)]
-    flux = weighted(weights, waves)
-    return add(left, flux), subtract(right, flux)
+    return (weighted(weights, waves),)
 
 
-def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, left, right, *overlaps):
-    """Add the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
+def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, *overlaps):
+    """Return the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
     factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
     kept = weighted(scale(ratio, factors), waves)
     upwinded = weighted(multiply(sides, factors), waves)
-    flux = combine(1.0, upwinded, -0.5, parts.model.matrix_product(ql, qr, auxl, auxr, kept))
-    return add(left, flux), subtract(right, flux)
+    return (combine(1.0, upwinded, -0.5, parts.model.matrix_product(ql, qr, auxl, auxr, kept)),)
 
 
-def cross_correction(parts, ratio, ql, qr, auxl, auxr, left, right):
-    """Take dt/dx/4 of the cross term from both fluctuations of a face."""
-    share = scale(0.25 * ratio, parts.model.cross(ql, qr, auxl, auxr))
-    return subtract(left, share), subtract(right, share)
+def cross_term(parts, ratio, ql, qr, auxl, auxr):
+    """Return dt/dx/4 of the cross term, which both fluctuations of a face lose."""
+    return (scale(0.25 * ratio, parts.model.cross(ql, qr, auxl, auxr)),)
+
+
+def to_left(parts, ratio, left, *terms):
+    """Return all that enters the cell left of a face, and the mass fluxes through it."""
+    return (corrected(parts, left, 1.0, *terms),)
+
+
+def to_right(parts, ratio, right, *terms):
+    """Return all that enters the cell right of a face; of masses, what leaves the other one."""
+    return (corrected(parts, right, -1.0, *terms),)
+
+
+def corrected(parts, total, side, *terms):
+    """Add the correction on one side, take the cross term from both, and put the mass fluxes in the rows of masses."""
+    rows = parts.model.mass_rows()
+    carried = dict(zip(rows, terms[-1], strict=True)) if rows else {}
+    terms = terms[:-1] if rows else terms
+    result = []
+    for k, item in enumerate(total):
+        if k in rows:
+            item = side * carried[k]
+        elif terms:
+            item = item + side * terms[0][k]
+            item = item - terms[1][k] if len(terms) > 1 else item
+        result.append(item)
+    return tuple(result)
 
 
 def net_fluctuation(parts, ratio, from_left, from_right):

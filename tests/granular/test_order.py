@@ -243,41 +243,30 @@ def test_a_standing_expansion_shock_decays_with_the_entropy_fix_and_stays_withou
     assert jump(False) > 0.9
 
 
-@pytest.mark.parametrize("model", [gr.TwoPhase(), gr.ShallowWater()], ids=name_of)
-def test_roe_at_a_vacuum_that_opens_never_ends_in_success_with_garbage(model):
+@pytest.mark.parametrize("riemann", [*SOLVERS, gr.Relaxation()], ids=name_of)
+@pytest.mark.parametrize("model", [gr.TwoPhase(), gr.Reduced(), gr.ShallowWater()], ids=name_of)
+def test_a_vacuum_that_opens_is_computed_with_every_solver(model, riemann):
     left, right = (1e-3, 0.6, -20.0, -20.0), (3.0, 0.6, 20.0, 20.0)
     problem = fv.Problem(model, fv.Grid(-5.0, 5.0, 200), halves(model, left, right), 0.2)
-    solution = solve(problem, fv.WavePropagation(fv.Roe()), throw=False, nonhyperbolic="ignore")
-    assert solution.status is not fv.Status.FINISHED
-    with pytest.raises(fv.SolveError) as error:
-        solve(problem, fv.WavePropagation(fv.Roe()), nonhyperbolic="ignore")
-    failure = error.value
-    assert failure.time == failure.solution.t[-1]
-    assert failure.status is solution.status
-    assert np.isfinite(failure.solution.q).all()
-    assert (failure.solution.q[:, list(model.mass_rows())] >= 0.0).all()
-    if failure.status in (fv.Status.NEGATIVE_DEPTH, fv.Status.NON_FINITE):
-        assert 0 <= failure.cell < 200
-        assert failure.x == pytest.approx(problem.grid.centers[failure.cell])
-        assert not np.isfinite(failure.state).all() or failure.state[list(model.mass_rows())].min() < 0.0
+    solution = solve(problem, fv.WavePropagation(riemann), nonhyperbolic="ignore")
+    assert (solution.q[:, list(model.mass_rows())] >= 0.0).all()
+    assert solution.stats.steps < 130
+    exact = gr.exact.shallow_water_riemann((1e-3, -20.0), (3.0, 20.0)).at(problem.grid.centers, 0.2)
+    assert np.abs(solution.observables()["h"] - exact["h"]).mean() < 0.02
 
 
 @pytest.mark.parametrize("riemann", SOLVERS, ids=name_of)
 @pytest.mark.parametrize("model", [gr.TwoPhase(), gr.Reduced(), gr.ShallowWater()], ids=name_of)
-def test_dry_cells_are_accepted_as_data_and_never_end_in_success_with_garbage(model, riemann):
+def test_dry_cells_are_data_whatever_the_solver(model, riemann):
     problem = fv.Problem(model, fv.Grid(-5.0, 5.0, 50), halves(model, (1.0, 0.6), (0.0, 0.6)), 0.2)
-    solution = solve(problem, fv.WavePropagation(riemann), throw=False, nonhyperbolic="ignore")
-    assert np.isfinite(solution.q).all()
+    solution = solve(problem, fv.WavePropagation(riemann), nonhyperbolic="ignore")
     assert (solution.q[:, list(model.mass_rows())] >= 0.0).all()
-    assert solution.success == (solution.t[-1] == 0.2)
 
 
 @pytest.mark.parametrize("riemann", SOLVERS, ids=name_of)
 @pytest.mark.parametrize("phi", [0.0, 1.0])
-def test_an_absent_phase_is_accepted_as_data_and_never_ends_in_success_with_garbage(phi, riemann):
+def test_an_absent_phase_is_accepted_as_data_whatever_the_solver(phi, riemann):
     model = gr.TwoPhase()
     problem = fv.Problem(model, fv.Grid(-5.0, 5.0, 50), halves(model, (2.0, phi), (1.0, 0.5)), 0.2)
-    solution = solve(problem, fv.WavePropagation(riemann), throw=False, nonhyperbolic="ignore")
-    assert np.isfinite(solution.q).all()
+    solution = solve(problem, fv.WavePropagation(riemann), nonhyperbolic="ignore")
     assert (solution.q[:, [0, 2]] >= 0.0).all()
-    assert solution.success == (solution.t[-1] == 0.2)

