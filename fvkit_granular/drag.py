@@ -21,11 +21,11 @@ STRONGEST, WEAKEST = 1e100, 1e-200
 #: A slip is followed down to exp(-100) of its start, far below the rounding of the velocities.
 DEEPEST = 100.0
 
-#: Nodes and weights of Gauss and Legendre's rule on (0, 1), in pairs.
-NODES = tuple((0.5 + 0.5 * float(x), 0.5 * float(w)) for x, w in zip(*np.polynomial.legendre.leggauss(6), strict=True))
+#: Nodes below 1/2 and weights of Gauss and Legendre's rule on (0, 1); 1 minus a node is a node, of the same weight.
+NODES = tuple((0.5 + 0.5 * float(x), 0.5 * float(w)) for x, w in zip(*np.polynomial.legendre.leggauss(6), strict=True) if x < 0.0)
 
 #: Number of iterations of `Drag.remaining`.
-ITERATIONS = 5
+ITERATIONS = 6
 
 #: Below this argument (exp(x) - 1)/x and log(1 + x)/x are taken from their series, to 1e-13.
 SERIES = 1e-3
@@ -82,28 +82,35 @@ class Drag(Source):
         Notes
         -----
         Error of r, largest over D(phi, slip) time from 1e-6 to 1e12, measured against an ODE solver: rounding for every
-        power of the slip; 1e-8 for d/(1 + slip), 3e-7 for d0 + d1 slip (any ratio), 1e-5 for d0 + d1 slip^2, 1e-7 for
-        exp(5 slip), 2e-4 for a law that jumps by a factor 1000 within a factor 3 of the slip. Where D time < 1: 1e-9 for
-        smooth laws.
+        power of the slip; 1e-9 for d/(1 + slip), 1e-7 for d/(1 + 100 slip), 3e-7 for d0 + d1 slip, 1e-5 for d0 + d1 slip^2
+        and exp(5 slip), 2e-4 for a law that jumps by a factor 1000 within a factor 3 of the slip (d0, d1: any ratio).
+        Where D(phi, slip) time < 1 the first four are below 1e-9.
         """
         start = self.bounded(model, phi, slip) + WEAKEST
-        depth = minimum(np.log1p(start * time), DEEPEST)
+        depth = minimum(np.log(1.0 + start * time), DEEPEST)
         low, high = 0.0 * depth, 0.0 * depth + DEEPEST
         for _ in range(ITERATIONS):
-            end = self.bounded(model, phi, slip * np.exp(-depth)) + WEAKEST
-            spread = np.log(start / end)
+            left = np.exp(-depth)
+            end = self.bounded(model, phi, slip * left) + WEAKEST
+            fall = start / end
+            spread = np.log(fall)
             power = spread / maximum(depth, WEAKEST)
             bend = 0.0 * depth
             for node, weight in NODES:
-                at_node = self.bounded(model, phi, slip * np.exp(-node * depth)) + WEAKEST
-                bend = bend + weight * (1.0 / at_node - np.exp(node * spread) / start)
+                near, law = np.exp(-node * depth), np.exp(node * spread)
+                first = self.bounded(model, phi, slip * near) + WEAKEST
+                second = self.bounded(model, phi, slip * (left / near)) + WEAKEST
+                bend = bend + weight * ((1.0 / first - law / start) + (1.0 / second - fall / law / start))
             missing = time - depth * bend
             flat = np.abs(spread) < SERIES
-            growth = where(flat, series_of_exp(spread), (start / end - 1.0) / where(flat, 1.0, spread))
+            growth = where(flat, series_of_exp(spread), (fall - 1.0) / where(flat, 1.0, spread))
             ahead = end * (missing - depth / start * growth)
-            near = np.abs(power * ahead) < SERIES
-            target = maximum(end / start + power * end * missing, WEAKEST)
-            step = where(near, ahead * series_of_log(power * ahead), np.log(target) / where(near, 1.0, power))
+            change = power * ahead
+            close = np.abs(change) < SERIES
+            target = maximum(1.0 / fall + power * end * missing, WEAKEST)
+            step = where(close, ahead * series_of_log(where(close, change, 0.0)), np.log(target) / where(close, 1.0, power))
+            # Where D grows as the slip falls, a power law ends in finite time: Newton's step, which never overshoots there.
+            step = where(power < 0.0, ahead, step)
             low, high = where(ahead > 0.0, depth, low), where(ahead > 0.0, high, depth)
             outside = (depth + step < low) | (depth + step > high)
             depth = where(outside, 0.5 * (low + high), depth + step)
@@ -118,7 +125,7 @@ class Drag(Source):
         slip = np.abs(velocity(hf, mf) - velocity(hs, ms))
         time = dt * drag_rate(hs, hf, model.gamma)
         gone = 1.0 - self.remaining(model, share(hs, hs + hf), slip, time)
-        moved = gone * slip_momentum(hs, ms, hf, mf, model.gamma)
+        moved = where((hs > 0.0) & (hf > 0.0), gone * slip_momentum(hs, ms, hf, mf, model.gamma), 0.0)
         return hs, ms + model.gamma * moved, hf, mf - moved
 
     def rate(self, model, q, aux):
@@ -208,7 +215,8 @@ class PitmanLeDrag(Drag):
     exponent: float = attrs.field(converter=within(at_least=0.0, at_most=10.0, hint="of 1 - phi"))  # type: ignore[misc]
 
     def coefficient(self, model, phi, slip):
-        crowding = maximum(1.0 - phi, ROUNDING) ** (1.0 - self.exponent)
+        # A power would not be vectorised: exp and log are.
+        crowding = np.exp((1.0 - self.exponent) * np.log(maximum(1.0 - phi, ROUNDING)))
         return model.g * (1.0 / model.gamma - 1.0) * phi * crowding / self.v_T
 
     def remaining(self, model, phi, slip, time):

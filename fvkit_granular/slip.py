@@ -81,12 +81,11 @@ def slip_momentum(hs, ms, hf, mf, gamma):
 
     Parameters
     ----------
-    hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid. Where a phase is absent it is 0.
+    hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid.
     gamma : density ratio in (0, 1).
     """
     mass = hs + gamma * hf
-    moved = mf * share(hs, mass) - ms * share(hf, mass)
-    return where((hs > 0.0) & (hf > 0.0), moved, 0.0)
+    return mf * share(hs, mass) - ms * share(hf, mass)
 
 
 def velocities_from_slip(hs, hf, vs, vf, w, gamma):
