@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 from fvkit_granular import scenes
 from fvkit_granular.compare import compare
-from fvkit_granular.drag import ConstantDrag
+from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "ConstantDrag", "FunctionReference", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater",
-    "TwoPhase", "compare", "exact", "scene", "scene_names", "scenes",
+    "ConstantDrag", "Drag", "FunctionReference", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
+    "ShallowWater", "TwoPhase", "VelocityDrag", "compare", "exact", "scene", "scene_names", "scenes",
 ]
 
 

@@ -5,30 +5,40 @@ Drag leaves hs, hf and the mixture momentum hs vs + gamma hf vf as they are, and
     dw/dt = -D K w,   K = h (hs + gamma hf)/(hs hf) = rho/(phi (1 - phi)).
 
 Everything here is pointwise (scalars or arrays, branch-free) and shared by the drag sources and by the
-exact drag solution, so that each formula stands once. Derived by this project, checked against an ODE
-solver to 1e-11.
+exact drag solution, so that each formula stands once. Depths are only ever divided by depths: products of two
+vanish below 1e-154 m. Derived by this project, checked against an ODE solver to 1e-11.
 """
 
 import numpy as np
 
+from fvkit.pointwise import maximum, where
 from fvkit_granular.spectrum import FLOOR
 
 
-def drag_rate(hs, hf, gamma):
-    """Return K = h (hs + gamma hf)/(hs hf): the slip decays at the rate D K, 1/s, for D in 1/s.
+def share(part, whole):
+    """Return part/whole, and part where the whole is 0.
 
     Parameters
     ----------
-    hs, hf : depths of solid and fluid, m, both positive.
+    part, whole : of the same unit, whole >= 0.
+    """
+    return part / where(whole > 0.0, whole, 1.0)
+
+
+def drag_rate(hs, hf, gamma):
+    """Return K = rho/(phi (1 - phi)), dimensionless: the slip decays at the rate D K, 1/s, for D in 1/s.
+
+    Parameters
+    ----------
+    hs, hf : depths of solid and fluid, m, >= 0. K stays below 1e150: where a phase is absent no slip is left to decay.
     gamma : density ratio in (0, 1).
     """
-    return (hs + hf) * (hs + gamma * hf) / (hs * hf)
+    solid, fluid = share(hs, hs + hf), share(hf, hs + hf)
+    return (solid + gamma * fluid) / maximum(solid * fluid, FLOOR)
 
 
 def decayed_slip(w, t, k0, k1, m):
     """Return the slip at time t that started as w and obeys dw/dt = -(k0 + k1 |w|^m) w.
-
-    w exp(-k0 t) (1 + k1 |w|^m (1 - exp(-m k0 t))/k0)^(-1/m); k0 = 0 and k1 = 0 are its limits.
 
     Parameters
     ----------
@@ -37,9 +47,23 @@ def decayed_slip(w, t, k0, k1, m):
     k0, k1 : rates >= 0, 1/s and (m/s)^-m/s: drag coefficients times `drag_rate`.
     m : exponent > 0.
     """
+    return w * decay(t, k0, k1 * np.abs(w) ** m, m)
+
+
+def decay(t, k0, k1, m):
+    """Return the share of the slip left at time t, r(0) = 1, dr/dt = -(k0 + k1 r^m) r.
+
+    exp(-k0 t) (1 + k1 (1 - exp(-m k0 t))/k0)^(-1/m); k0 = 0 and k1 = 0 are its limits.
+
+    Parameters
+    ----------
+    t : time >= 0, s.
+    k0, k1 : rates >= 0 at the start, 1/s.
+    m : exponent > 0.
+    """
     k0 = k0 + FLOOR
     spent = -np.expm1(-m * k0 * t) / k0
-    return w * np.exp(-k0 * t) * (1.0 + k1 * np.abs(w) ** m * spent) ** (-1.0 / m)
+    return np.exp(-k0 * t) * (1.0 + k1 * spent) ** (-1.0 / m)
 
 
 def slip_momentum(hs, ms, hf, mf, gamma):
@@ -47,10 +71,11 @@ def slip_momentum(hs, ms, hf, mf, gamma):
 
     Parameters
     ----------
-    hs, ms, hf, mf : depth, m, and momentum h v, m^2/s, of solid and fluid.
+    hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid.
     gamma : density ratio in (0, 1).
     """
-    return (mf * hs - ms * hf) / (hs + gamma * hf)
+    mass = hs + gamma * hf
+    return mf * share(hs, mass) - ms * share(hf, mass)
 
 
 def velocities_from_slip(hs, hf, vs, vf, w, gamma):

@@ -165,21 +165,56 @@ class _Emitter:
         """exp as 2^k times a polynomial on |r| <= ln(2)/2, to one unit in the last place; below the normal range it is 0."""
         builder, number = self.builder, self.number
         low, high = number(-708.0), number(709.0)
-
-        def fused(a: Any, b: Any, c: Any) -> Any:
-            return builder.fadd(builder.fmul(a, b, flags=_FLAGS), c, flags=_FLAGS)
-
         y = builder.select(builder.fcmp_ordered(">", x, high), high, x)
         y = builder.select(builder.fcmp_ordered("<", y, low), low, y)
         shift = number(6755399441055744.0)
-        k = builder.fsub(builder.fadd(builder.fmul(y, number(1.4426950408889634)), shift), shift)
-        r = fused(k, number(-0.6931471803691238), y)
-        r = fused(k, number(-1.9082149292705877e-10), r)
+        moved = builder.fadd(builder.fmul(y, number(1.4426950408889634)), shift)
+        k = builder.fsub(moved, shift)
+        r = self.fused(k, number(-0.6931471803691238), y)
+        r = self.fused(k, number(-1.9082149292705877e-10), r)
         p = number(1.0 / math.factorial(12))
         for n in range(11, -1, -1):
-            p = fused(p, r, number(1.0 / math.factorial(n)))
-        exponent = builder.shl(builder.add(builder.fptosi(k, self.whole), self.ir.Constant(self.whole, 1023)),
+            p = self.fused(p, r, number(1.0 / math.factorial(n)))
+        # The last bits of the shifted number are k: taken as they are, since conversions are not vectorised everywhere.
+        exponent = builder.shl(builder.add(builder.bitcast(moved, self.whole), self.ir.Constant(self.whole, 1023)),
                                self.ir.Constant(self.whole, 52))
         result = builder.fmul(p, builder.bitcast(exponent, self.double))
         result = builder.select(builder.fcmp_ordered(">", x, number(709.782712893384)), number(math.inf), result)
         return builder.select(builder.fcmp_ordered("<", x, low), number(0.0), result)
+
+    def _expm1(self, x: Any) -> Any:
+        """exp(x) - 1, from its series below 0.35."""
+        builder, number = self.builder, self.number
+        p = number(1.0 / math.factorial(14))
+        for n in range(13, 0, -1):
+            p = self.fused(p, x, number(1.0 / math.factorial(n)))
+        near = builder.fcmp_ordered("<", self.intrinsic("llvm.fabs", x), number(0.35))
+        return builder.select(near, builder.fmul(p, x, flags=_FLAGS), builder.fsub(self._exp(x), number(1.0)))
+
+    def _log(self, x: Any) -> Any:
+        """log of 2^k m as k log(2) + 2 artanh((m - 1)/(m + 1)), sqrt(1/2) < m < sqrt(2), to two units in the last place."""
+        builder, number, whole = self.builder, self.number, lambda value: self.ir.Constant(self.whole, value)
+        small = builder.fcmp_ordered("<", x, number(2.0**-1022))
+        bits = builder.bitcast(builder.select(small, builder.fmul(x, number(2.0**54)), x), self.whole)
+        shifted = builder.sub(bits, whole(0x3FE6A09E667F3BCD))
+        k = builder.ashr(shifted, whole(52))
+        m = builder.bitcast(builder.sub(bits, builder.shl(k, whole(52))), self.double)
+        k = builder.bitcast(builder.add(k, whole(0x4338000000000000)), self.double)
+        k = builder.fsub(builder.fsub(k, number(6755399441055744.0)), builder.select(small, number(54.0), number(0.0)))
+        f = builder.fsub(m, number(1.0))
+        s = builder.fdiv(f, builder.fadd(f, number(2.0)))
+        z = builder.fmul(s, s)
+        p = number(2.0 / 23.0)
+        for n in range(21, 1, -2):
+            p = self.fused(p, z, number(2.0 / n))
+        # log(m) = f - s (f - z p): f is exact, the rest is small.
+        rest = builder.fmul(s, builder.fsub(f, builder.fmul(z, p)))
+        result = builder.fsub(f, builder.fsub(rest, builder.fmul(k, number(1.9082149292705877e-10))))
+        result = builder.fadd(builder.fmul(k, number(0.6931471803691238)), result)
+        result = builder.select(builder.fcmp_ordered("<", x, number(math.inf)), result, x)
+        result = builder.select(builder.fcmp_ordered("==", x, number(0.0)), number(-math.inf), result)
+        return builder.select(builder.fcmp_ordered("<", x, number(0.0)), number(math.nan), result)
+
+    def fused(self, a: Any, b: Any, c: Any) -> Any:
+        """a b + c, in one instruction where there is one."""
+        return self.builder.fadd(self.builder.fmul(a, b, flags=_FLAGS), c, flags=_FLAGS)

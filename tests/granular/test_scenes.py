@@ -63,29 +63,3 @@ def test_a_self_converged_reference_averages_exactly_onto_any_grid():
         averages = reference.averages(gr.TwoPhase(), fv.Grid(0.0, 1.0, cells), 0.1)
         assert averages.sum(axis=1) / cells == pytest.approx(fine.q[-1].mean(axis=1), abs=1e-13)
     assert np.abs(reference.averages(gr.TwoPhase(), fine.grid, 0.1) - fine.q[-1]).max() < 1e-13
-
-
-@pytest.mark.parametrize(("drag", "h1", "v1", "h2", "vs", "vf", "phi"), [
-    (0.0, 2.37875, 1.18850, 2.45759, 1.60211, 0.58812, 0.54046), (1.0, 2.36133, 1.22394, 2.50333, 1.44580, 0.93386, 0.49892),
-    (10.0, 2.35449, 1.23790, 2.56583, 1.27472, 1.20050, 0.43154), (100.0, 2.35430, 1.23829, 2.59424, 1.23859, 1.23846, 0.40009),
-    (1000.0, 2.35426, 1.23836, 2.59428, 1.23847, 1.23847, 0.40000)])
-def test_drag_carries_the_dam_break_to_the_reduced_limit(drag, h1, v1, h2, vs, vf, phi):
-    """Sampled at x = -0.5 and x = 1, N = 1000; the values are those of this scheme with Godunov splitting."""
-    flow = gr.scene("dam-break-phi").initial
-    problem = gr.Scene((-5.0, 5.0), 0.5, flow, sources=gr.ConstantDrag(drag)).problem(gr.TwoPhase, 1000)
-    solution = fv.solve(problem, fv.WavePropagation(fv.Roe()))
-    seen, x = solution.observables(), solution.grid.centers
-    found = [np.interp(-0.5, x, seen[name]) for name in ("h", "v")]
-    found += [np.interp(1.0, x, seen[name]) for name in ("h", "vs", "vf", "phi")]
-    assert found == pytest.approx([h1, v1, h2, vs, vf, phi], rel=0.01)
-
-
-def test_strong_drag_ends_at_the_exact_reduced_solution():
-    flow = gr.scene("dam-break-phi").initial
-    problem = gr.Scene((-5.0, 5.0), 0.5, flow, sources=gr.ConstantDrag(1e5)).problem(gr.TwoPhase, 400)
-    solution = fv.solve(problem, fv.WavePropagation(fv.Roe()))
-    seen, x = solution.observables(), solution.grid.centers
-    limit = gr.exact.reduced_riemann((3.0, 0.7, 0.0), (2.0, 0.4, 0.0)).at(x, 0.5)
-    assert np.abs(seen["vs"] - seen["vf"]).max() < 1e-9
-    assert np.abs(seen["h"] - limit["h"]).sum() * solution.grid.dx < 0.04
-    assert np.interp([-0.5, 1.0], x, seen["h"]) == pytest.approx([2.354235, 2.594241], rel=1e-3)
