@@ -23,7 +23,8 @@ HALF = 0.5 * (1.0 - 1e-14)
 #: Correction fluxes fade where the masses of neighbours differ by more than this factor.
 SHORE = 4.0
 
-#: The fallback is complete where they differ by more than this factor, and begins at half of it.
+#: The fallback is complete where they differ by more than this factor, or where the difference that is equilibrium, such
+#: as a step of the bottom, exceeds the smaller by it; it begins at half of it.
 DRIER = 10.0
 
 #: It is complete where a phase is less than this share of the whole, and begins at twice that.
@@ -52,6 +53,13 @@ def apart(parts, ql, qr, factor):
 def evenness(left, right, factor):
     """Return factor times the smaller over the larger of two masses; 0 where both are."""
     return factor * minimum(left, right) / (maximum(left, right) + TINY)
+
+
+def contrasts(parts, ql, qr, auxl, auxr):
+    """Return, for the mass that carries each phase, the smaller of both sides, and the larger or the equilibrium difference."""
+    moving = parts.model.balanced_difference(ql, qr, auxl, auxr)
+    return [(minimum(ql[row], qr[row]), maximum(maximum(ql[row], qr[row]), np.abs((qr[row] - ql[row]) - moving[row])))
+            for row in carriers(parts.model)]
 
 
 def inside(parts, ratio, ql, qr, fluxes):
@@ -104,7 +112,9 @@ def hold_within(parts, ratio, ql, qr, left, carried, correction=None, cross=None
 
 def distrusted(parts, ratio, ql, qr, auxl, auxr, jump, left, *others):
     """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
-    found = apart(parts, ql, qr, 0.5 * DRIER) | ~inside(parts, ratio, ql, qr, left)
+    found = ~inside(parts, ratio, ql, qr, left)
+    for smaller, larger in contrasts(parts, ql, qr, auxl, auxr):
+        found = found | (0.5 * DRIER * smaller < larger)
     rows = carriers(parts.model)
     if len(rows) > 1:
         total = sum(ql[row] + qr[row] for row in rows)
@@ -113,15 +123,15 @@ def distrusted(parts, ratio, ql, qr, auxl, auxr, jump, left, *others):
     return found
 
 
-def trust(parts, ratio, ql, qr, left, relaxed):
+def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     """Return the share of the scheme's own solver at a face, 0 next to dry ground; ``relaxed`` is the other solver's part."""
     rows = carriers(parts.model)
     share: Any = 1.0
     total = sum(ql[row] + qr[row] for row in rows)
-    for row in rows:
-        share = minimum(share, evenness(ql[row], qr[row], DRIER) - 1.0)
-        if len(rows) > 1:
-            share = minimum(share, (ql[row] + qr[row]) / (RARE * total + TINY) - 1.0)
+    for smaller, larger in contrasts(parts, ql, qr, auxl, auxr):
+        share = minimum(share, DRIER * smaller / (larger + TINY) - 1.0)
+    for row in rows if len(rows) > 1 else ():
+        share = minimum(share, (ql[row] + qr[row]) / (RARE * total + TINY) - 1.0)
     for row in parts.model.mass_rows():
         low, high = window(parts, ratio, ql, qr, row)
         carried, change = ratio * relaxed[row], ratio * (left[row] - relaxed[row])
@@ -136,7 +146,7 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, jump, left, right, fastest, spee
     """
     pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, jump)
     relaxed = anchored(parts, ql, left_going(pieces, their_speeds))
-    share = trust(parts, ratio, ql, qr, left, relaxed)
+    share = trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed)
     some, own = share > 0.0, share >= 1.0
 
     def kept(values):
