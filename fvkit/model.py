@@ -119,6 +119,10 @@ class Model(Part, ABC):
         """Return what a person looks at, {name: (n,)}: by default the conserved quantities."""
         return dict(zip(self.conserved, q, strict=True))
 
+    def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
+        """Return a number per cell, (n,), negative where characteristic speeds are complex; inf where they never are."""
+        return np.full(q.shape[1], np.inf)
+
     def wall_signs(self) -> tuple[float, ...]:
         """Return the factor of each component under reflection at a wall: -1 for momenta.
 

@@ -96,6 +96,14 @@ class Solution:
         """What a person looks at, {name: (num_cells,)}, at output ``i``."""
         return self.model.observables(self.q[i], self.aux)
 
+    def hyperbolicity_margin(self, i: int = -1) -> np.ndarray:
+        """How far the speeds are from turning complex at output ``i``, (num_cells,): negative where they are."""
+        return self.model.hyperbolicity_margin(self.q[i])
+
+    def hyperbolicity_map(self) -> np.ndarray:
+        """`hyperbolicity_margin` of every output, (k, num_cells): where and when the problem is ill-posed."""
+        return np.array([self.model.hyperbolicity_margin(q) for q in self.q])
+
     def save(self, path: str | Path) -> Path:
         """Write times, states, aux values, grid and status to an ``.npz`` file; an existing file survives any failure."""
         target = Path(path)

@@ -201,10 +201,15 @@ class TwoPhase(Model):
         return np.array([np.ones_like(speeds), speeds, xi, xi * speeds])
 
     def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
-        """Return the discriminant of the inner pair over a^2 = g h, (n,): negative where the speeds are complex."""
-        hs, vs, hf, vf = _primitive(q)
-        _, _, _, disc = shifted_roots(hs, hf, vs, vf, self.g, self.gamma)
-        return disc / (self.g * (hs + hf))
+        """Return the discriminant of the inner pair over a^2 = g h, (n,): negative where the speeds are complex.
+
+        It is inf where a phase is absent: one phase alone never loses hyperbolicity.
+        """
+        both = (q[0] > 0.0) & (q[2] > 0.0)
+        hs, vs, hf, vf = _primitive(q[:, both])
+        result = np.full(q.shape[1], np.inf)
+        result[both] = shifted_roots(hs, hf, vs, vf, self.g, self.gamma)[3] / (self.g * (hs + hf))
+        return result
 
 
 def project(weight, u, d, speed, f1, f3, x0, y0, css, cff, csf):
