@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from typing import Any
 
 from fvkit.limiters import MC, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
-from fvkit.riemann import HLL, Roe, Rusanov
 
 
 def public_name(part: Any) -> str:
@@ -24,5 +23,4 @@ def by_name(kinds: Iterable[type]) -> dict[str, type]:
     return {public_name(kind): kind for kind in kinds}
 
 
-RIEMANN = by_name((Roe, HLL, Rusanov))
 LIMITERS = by_name((NoLimiter, Minmod, MC, Superbee, VanLeer, ThirdOrder))

@@ -17,9 +17,11 @@ from fvkit.backends.numba_kernel import available
 from fvkit.io import write_whole
 from fvkit.names import public_name
 from fvkit.plot import MARKERS, new_axes, style
+from fvkit.study.layout import table
 from fvkit.study.report import environment
 from fvkit_granular.pyclaw import pyclaw_runs
 from fvkit_granular.reduced import Reduced
+from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.shallow_water import ShallowWater
 from fvkit_granular.two_phase import TwoPhase
 
@@ -117,12 +119,10 @@ class Bench:
         for case, rows in self.series().items():
             found = {row["cells"]: f"{row['ns_per_cell_step']:.1f} ({row['ns_per_cell_step_min']:.1f})" for row in rows}
             lines.append([case.label, *(found.get(count, "-") for count in cells)])
-        widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-        text = ["  ".join(item.ljust(width) if k == 0 else item.rjust(width)
-                          for k, (item, width) in enumerate(zip(line, widths, strict=True))) for line in lines]
         versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
         machine = f"{self.machine['processor']}, one thread; {versions}"
-        return "\n".join([*text, "", "median (minimum) of interleaved repeats, stepping only", machine, *self.ratios()])
+        note = "median (minimum) of interleaved repeats, stepping only"
+        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios()])
 
     def plot(self) -> Figure:
         """Return the picture: a panel per model."""
@@ -176,7 +176,7 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
     for count in cells:
         runs: dict[Case, Run] = {}
         for model in (TwoPhase(), Reduced(), ShallowWater()):
-            for riemann in (Roe(), HLL(), Rusanov()):
+            for riemann in (Relaxation(), Roe(), HLL(), Rusanov()):
                 for order in orders:
                     for backend in chosen:
                         case = Case(public_name(model), public_name(riemann), order, backend)

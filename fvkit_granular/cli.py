@@ -12,16 +12,13 @@ from fvkit import WavePropagation, _validate, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
-from fvkit.names import LIMITERS, RIEMANN, by_name, public_name
+from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare
-from fvkit_granular.reduced import Reduced
+from fvkit_granular.parts import MODELS, RIEMANN
 from fvkit_granular.scenes import scene, scene_names
-from fvkit_granular.shallow_water import ShallowWater
-from fvkit_granular.two_phase import TwoPhase
-
-MODELS = by_name((TwoPhase, Reduced, ShallowWater))
+from fvkit_granular.stress import command as stress_command
 
 
 def register(commands: Any) -> None:
@@ -31,7 +28,7 @@ def register(commands: Any) -> None:
                       "fvkit run riemann --cells 800 --out result")
     run.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
     run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
-    run.add_argument("--riemann", default="roe", help=f"one of {', '.join(RIEMANN)} (default roe)")
+    run.add_argument("--riemann", default="relaxation", help=f"one of {', '.join(RIEMANN)} (default relaxation)")
     run.add_argument("--limiter", default="mc", help=f"one of {', '.join(LIMITERS)} (default mc)")
     run.add_argument("--order", type=int, default=2, help="1 or 2 (default 2)")
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
@@ -42,7 +39,7 @@ def register(commands: Any) -> None:
     study.add_argument("--models", nargs="+", default=list(MODELS), metavar="M",
                        help=f"any of {', '.join(MODELS)} (default: all)")
     study.add_argument("--riemann", nargs="+", metavar="R",
-                       help=f"any of {', '.join(RIEMANN)} (default: all for the first model, roe for the others)")
+                       help=f"any of {', '.join(RIEMANN)} (default: all for the first model, relaxation for the others)")
     study.add_argument("--limiter", nargs="+", default=["mc"], metavar="L",
                        help=f"any of {', '.join(LIMITERS)} (default mc)")
     study.add_argument("--order", nargs="+", type=int, default=[2], metavar="P", help="1, 2 or both (default 2)")
@@ -58,6 +55,7 @@ def register(commands: Any) -> None:
     speed.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
     speed.add_argument("--repeats", type=int, default=5, help="timed blocks of each case (default 5)")
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
+    stress_command.register(commands, _teller)
 
 
 def _common(parser: argparse.ArgumentParser, folder: str) -> None:

@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit import HLL, MC, Model, RiemannSolver, Roe, Rusanov, Solution, WavePropagation, _validate, solve
+from fvkit import MC, Model, RiemannSolver, Roe, Solution, WavePropagation, _validate, solve
 from fvkit.names import public_name
 from fvkit.study.report import Profile, Report, Row, environment, observed_orders
+from fvkit_granular.parts import RIEMANN
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.scene import Reference, Scene, SelfConverged
 from fvkit_granular.shallow_water import ShallowWater
@@ -36,7 +37,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     ----------
     scene : the scene.
     models : instances, or classes that get the scene's g and gamma. Default: TwoPhase, Reduced, ShallowWater.
-    riemann : solvers. Default: Roe, HLL, Rusanov for the first model and Roe for the others; if given, all pairs.
+    riemann : solvers. Default: all that serve the first model, and their default for the others; if given, all pairs.
     cells : numbers of cells.
     limiter : one, or a list of them; default MC. (A tuple is one per wave family, as in `fvkit.WavePropagation`.)
     order : 1, 2, or a list of both.
@@ -87,8 +88,10 @@ def _runs(models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: t
     for model in models:
         if riemann is not None:
             solvers: Iterable[RiemannSolver] = riemann
+        elif model is models[0]:
+            solvers = [kind() for kind in RIEMANN.values() if kind.serves(model)]
         else:
-            solvers = (Roe(), HLL(), Rusanov()) if model is models[0] else (Roe(),)
+            solvers = (model.default_riemann(),)
         for solver in solvers:
             for chosen in limiters:
                 for number in orders:

@@ -33,12 +33,17 @@ class RiemannSolver(Part, ABC):
     def solve(self, model, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of the face whose total fluctuation is ``jump``."""
 
+    @classmethod
+    def serves(cls, model: Model | type[Model]) -> bool:
+        """Whether a model answers what the solver needs."""
+        return all(model.defines(need) for need in cls.needs)
+
     def check(self, model: Model) -> None:
         """Raise ValueError, naming what is missing and what fits, if the solver cannot serve ``model``."""
         missing = [need for need in self.needs if not model.defines(need)]
         if missing:
             fitting = sorted(kind.__name__ for kind in RiemannSolver.__subclasses__()
-                             if all(model.defines(need) for need in kind.needs))
+                             if kind.serves(model))
             raise ValueError(f"{type(self).__name__} cannot serve {type(model).__name__}: the model does not define "
                              f"{', '.join(f'`{name}`' for name in missing)}. "
                              f"Solvers that fit it: {', '.join(fitting) or 'none'}")

@@ -16,6 +16,7 @@ import attrs
 import numpy as np
 
 from fvkit.io import write_whole
+from fvkit.study.layout import plain, table
 from fvkit.study.rounding import ROUNDING
 
 if TYPE_CHECKING:
@@ -91,12 +92,9 @@ class Report:
         head = ["model", "riemann", *varied, "cells", "steps", "rej.", "ms", "ms min", "ns/cell"]
         head += [text for name in observables for text in (f"L1 {name}", "ord.")] + ["mass drift", "status"]
         body = [self._line(row, varied, observables) for row in self.rows]
-        widths = [max(len(line[k]) for line in [head, *body]) for k in range(len(head))]
         fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in ("limiter", "order", "backend") if key not in varied)
         text = [f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}", fixed, ""]
-        text += ["  ".join(cell.ljust(width) if k < 2 else cell.rjust(width)
-                           for k, (cell, width) in enumerate(zip(line, widths, strict=True))).rstrip()
-                 for line in [head, ["-" * width for width in widths], *body]]
+        text.append(table([head, *body]))
         others = sorted({row["model"] for row in self.rows} - {self.full_model})
         text += ["", "L1 = integral of |error| over x, ord. = observed order; ms = median wall time of the stepping."]
         if others:
@@ -158,7 +156,7 @@ class Report:
         """Return the report as JSON text; what is not a number is null."""
         document = {"scene": self.scene, "reference": self.reference, "machine": self.machine, "versions": self.versions,
                     "rows": self.rows, "verdict": self.verdict()}
-        return json.dumps(_plain(document), indent=1, allow_nan=False)
+        return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def to_csv(self) -> str:
         """Return the rows as CSV text, nested values as columns like ``error.h``."""
@@ -195,13 +193,3 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     for key, value in row.items():
         result |= {f"{key}.{name}": item for name, item in value.items()} if isinstance(value, Mapping) else {key: value}
     return result
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

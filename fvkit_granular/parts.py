@@ -1,0 +1,11 @@
+"""Models and Riemann solvers by their public names."""
+
+from fvkit import HLL, Model, RiemannSolver, Roe, Rusanov
+from fvkit.names import by_name
+from fvkit_granular.reduced import Reduced
+from fvkit_granular.relaxation import Relaxation
+from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.two_phase import TwoPhase
+
+MODELS: dict[str, type[Model]] = by_name((TwoPhase, Reduced, ShallowWater))
+RIEMANN: dict[str, type[RiemannSolver]] = by_name((Relaxation, Roe, HLL, Rusanov))

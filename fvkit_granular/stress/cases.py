@@ -1,0 +1,73 @@
+"""The hard scenes and what must hold in each.
+
+Bounds of errors are for 100 cells and the most diffusive solver, measured and rounded up by a tenth or so: they catch a
+scheme that has changed, not one that could be better.
+"""
+
+import attrs
+import numpy as np
+
+from fvkit_granular.hard_scenes import ABSENT
+from fvkit_granular.stress.checks import (
+    Judge,
+    at_rest,
+    close_to_reference,
+    energy_not_above_start,
+    level_kept,
+    no_faster_than,
+    slip_below,
+    steps_within,
+)
+
+#: Models with a slip between phases.
+SLIPPING = ("two-phase", "pitman-le")
+
+#: Every model.
+EVERY = (*SLIPPING, "reduced", "shallow-water", "two-layer")
+
+#: Models for which solutions of shallow water with uniform phi and one velocity are exact.
+SINGLE = (*SLIPPING, "reduced", "shallow-water")
+
+
+@attrs.frozen
+class Case:
+    """A hard scene.
+
+    Parameters
+    ----------
+    judges : what must hold beside what must always: finished, no negative mass, masses kept.
+    models : names of the models it is for.
+    cells : number of cells.
+    steps : bound of steps over nominal steps.
+    """
+
+    judges: tuple[Judge, ...] = ()
+    models: tuple[str, ...] = EVERY
+    cells: int = 100
+    steps: float = 4.0
+
+    def every_judge(self) -> tuple[Judge, ...]:
+        """The judges, steps included."""
+        return (*self.judges, steps_within(self.steps))
+
+
+def _fastest(depth: float) -> float:
+    """Speed of the front of a dam break of that depth onto dry ground, m/s."""
+    return float(2.0 * np.sqrt(9.81 * depth))
+
+
+CASES: dict[str, Case] = {
+    "rest": Case((at_rest, level_kept)),
+    "island": Case((at_rest, level_kept)),
+    "island-step": Case((at_rest, level_kept)),
+    "dry-dam-break": Case((close_to_reference(0.03, 0.012), no_faster_than(_fastest(1.0))), SINGLE),
+    "tiny-depth": Case((close_to_reference(0.03, 0.012), no_faster_than(_fastest(1.0))), SINGLE),
+    "double-rarefaction": Case((close_to_reference(0.16, 0.03), no_faster_than(8.0 + 1e-9)), SINGLE),
+    "thacker": Case((close_to_reference(0.16, 0.03),), SINGLE, steps=8.0),
+    "transonic": Case((close_to_reference(0.0625, 0.025),), SINGLE),
+    "expansion-shock": Case((close_to_reference(0.03, 0.01),), SINGLE),
+    "froude-50": Case((close_to_reference(0.2, 0.08),), SINGLE),
+    "stiff-drag": Case((close_to_reference(0.03, 0.012), slip_below(1e-9)), (*SLIPPING, "reduced")),
+    "lost-hyperbolicity": Case((energy_not_above_start,), SLIPPING, steps=8.0),
+    **{name: Case((), EVERY, steps=40.0) for name in ABSENT},
+}

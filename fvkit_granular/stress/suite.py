@@ -1,0 +1,116 @@
+"""Which runs the suite makes, and making them."""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from itertools import product
+from typing import Any
+
+from fvkit import Stepper, WavePropagation, solve
+from fvkit.backends.numba_kernel import available
+from fvkit.study.covering import covering
+from fvkit.study.report import environment
+from fvkit_granular.parts import MODELS
+from fvkit_granular.parts import RIEMANN as SOLVERS
+from fvkit_granular.scenes import scene
+from fvkit_granular.stress.cases import CASES
+from fvkit_granular.stress.checks import Check, Run, finished, masses_kept, never_negative
+from fvkit_granular.stress.limits import LIMITS
+from fvkit_granular.stress.report import StressReport
+
+#: A run is given up after this many times its nominal steps.
+GIVE_UP = 100
+
+AXES = ("scene", "model", "riemann", "order", "backend")
+
+Tell = Callable[[str], None]
+
+
+def fits(choice: dict[str, Any]) -> bool:
+    """Whether a combination makes sense: the scene is for the model, and the solver serves it."""
+    models = CASES[choice["scene"]].models if "scene" in choice else tuple(MODELS)
+    if choice.get("model", models[0]) not in models:
+        return False
+    return "riemann" not in choice or "model" not in choice or SOLVERS[choice["riemann"]].serves(MODELS[choice["model"]])
+
+
+def choices(full: bool, scenes: Sequence[str], backends: Sequence[str]) -> list[dict[str, Any]]:
+    """The runs: all that make sense, or so many that every pair of settings of two axes occurs."""
+    settings = product(scenes, MODELS, SOLVERS, (1, 2), backends)
+    every = [choice for items in settings if fits(choice := dict(zip(AXES, items, strict=True)))]
+    return every if full else [dict(choice) for choice in covering(every)]
+
+
+def stress(full: bool = False, scenes: Sequence[str] | None = None, *, backends: Sequence[str] | None = None,
+           workers: int | None = None, progress: Tell | None = None) -> StressReport:
+    """Run the hard scenes with models, solvers, orders and backends, and judge each run.
+
+    Parameters
+    ----------
+    full : every combination; else so few that every pair of settings occurs.
+    scenes : names of hard scenes; all by default.
+    backends : ``"numba"`` and ``"numpy"``; default: those installed.
+    workers : processes; default: one per processor.
+    progress : function that receives a line of text after each run.
+
+    Returns
+    -------
+    StressReport
+        ``.success`` where nothing failed but what is known to.
+    """
+    chosen = backends or (("numba", "numpy") if available() else ("numpy",))
+    wanted = choices(full, scenes or tuple(CASES), chosen)
+    started = time.perf_counter()
+    rows = sorted(in_processes(run_case, wanted, workers, progress or (lambda line: None)),
+                  key=lambda row: wanted.index({key: row[key] for key in AXES}))
+    machine, versions = environment("fvkit", "numpy", "numba")
+    return StressReport(rows, machine, versions, time.perf_counter() - started)
+
+
+def in_processes(work: Callable[..., dict[str, Any]], wanted: Sequence[dict[str, Any]], workers: int | None,
+                 tell: Tell) -> Iterator[dict[str, Any]]:
+    """Yield the results of ``work(**item)``, in the order in which they end."""
+    count = workers or os.cpu_count() or 1
+    pool: Executor
+    with ProcessPoolExecutor(min(count, max(len(wanted), 1))) as pool:
+        pending: list[Future[dict[str, Any]]] = [pool.submit(work, **item) for item in wanted]
+        for done, future in enumerate(as_completed(pending), start=1):
+            row = future.result()
+            tell(f"{done}/{len(wanted)} {row.get('verdict', '')} " + " ".join(str(row[key]) for key in AXES if key in row))
+            yield row
+
+
+def run_case(scene: str, model: str, riemann: str, order: int, backend: str) -> dict[str, Any]:
+    """Make one run and judge it."""
+    choice = {"scene": scene, "model": model, "riemann": riemann, "order": order, "backend": backend}
+    run = make_run(choice)
+    further = CASES[scene].every_judge() if run.solution.success else ()
+    checks = [judge(run) for judge in (finished, never_negative, masses_kept, *further)]
+    stats = run.solution.stats
+    return {**choice, "cells": CASES[scene].cells, "status": run.solution.status.name.lower(), "steps": stats.steps,
+            "nominal": run.nominal, "seconds": stats.seconds, "nonhyperbolic_faces": stats.nonhyperbolic_faces,
+            "checks": [{**check._asdict(), "passed": check.passed} for check in checks], "verdict": verdict(choice, checks)}
+
+
+def make_run(choice: dict[str, Any]) -> Run:
+    """Solve the scene of a combination."""
+    chosen, case = scene(choice["scene"]), CASES[choice["scene"]]
+    problem = chosen.problem(MODELS[choice["model"]], case.cells)
+    scheme = WavePropagation(SOLVERS[choice["riemann"]](), order=choice["order"])
+    stepper = Stepper(problem, scheme, choice["backend"], nonhyperbolic="ignore")
+    nominal = (problem.t_end - problem.t_start) / max(stepper.step(), 1e-300)
+    solution = solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
+                     max_steps=int(GIVE_UP * nominal) + 100)
+    return Run(chosen, problem, choice["order"], solution, nominal)
+
+
+def verdict(choice: dict[str, Any], checks: Sequence[Check]) -> str:
+    """Return "pass", "expected" (fails as known), "FAIL", or "BETTER" (a known failure that passes)."""
+    known = [limit for limit in LIMITS if limit.matches(choice)]
+    for check in checks:
+        if not check.passed and not any(check.name.startswith(limit.check) for limit in known):
+            return "FAIL"
+    if any(not any(check.name.startswith(limit.check) and not check.passed for check in checks) for limit in known):
+        return "BETTER"
+    return "expected" if known else "pass"
