@@ -56,7 +56,7 @@ class Reduced(Model):
 
     def wave_speeds(self, q):
         h, _, v = self.layer(q)
-        a = np.sqrt(self.g) * np.sqrt(h)
+        v, a = where(h > 0.0, v, 0.0), np.sqrt(self.g) * np.sqrt(h)
         return v - a, v + a
 
     def jump(self, ql, qr, auxl, auxr):

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver
+from fvkit import Model, RiemannSolver, where
 from fvkit._validate import number, optional_number
 from fvkit_granular.bed import LEAST_DRY, bed_step, mean_velocity, present, settled, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
@@ -49,7 +49,7 @@ class ShallowWater(Model):
 
     def wave_speeds(self, q):
         h, v = self.layer(q)
-        a = np.sqrt(self.g) * np.sqrt(h)
+        v, a = where(h > 0.0, v, 0.0), np.sqrt(self.g) * np.sqrt(h)
         return v - a, v + a
 
     def jump(self, ql, qr, auxl, auxr):

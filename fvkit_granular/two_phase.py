@@ -68,7 +68,7 @@ class TwoPhase(Model):
     def wave_speeds(self, q):
         hs, vs, hf, vf = self.layers(q)
         a = np.sqrt(self.g) * np.sqrt(hs + hf)
-        vs, vf = where(hs > 0.0, vs, vf), where(hf > 0.0, vf, vs)
+        vs, vf = where(hs > 0.0, vs, where(hf > 0.0, vf, 0.0)), where(hf > 0.0, vf, where(hs > 0.0, vs, 0.0))
         return minimum(vs, vf) - a, maximum(vs, vf) + a
 
     def jump(self, ql, qr, auxl, auxr):
