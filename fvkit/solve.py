@@ -23,8 +23,7 @@ class Stepper:
     Parameters
     ----------
     problem : the problem.
-    scheme : the scheme; None for second-order wave propagation with Roe, or HLL where the model defines no
-        Roe decomposition.
+    scheme : the scheme; None for second-order wave propagation with the model's default Riemann solver.
     backend : ``"auto"``, ``"numba"`` (compiled) or ``"numpy"``; auto compiles where numba is installed, unless the
         environment variable FVKIT_BACKEND names another.
     nonhyperbolic : what to do when characteristic speeds turn complex: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
@@ -216,7 +215,7 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     Parameters
     ----------
     problem : what is solved.
-    scheme : how; None for second-order wave propagation with Roe (HLL where the model has no Roe decomposition).
+    scheme : how; None for second-order wave propagation with the model's default Riemann solver.
     times : output times, s, ascending, after the start and not after ``t_end``; None for the end alone.
     backend : ``"auto"``, ``"numba"`` or ``"numpy"``, see `Stepper`.
     progress : True shows progress on stderr; or a function that receives the share of simulated time done, 0 to 1.
