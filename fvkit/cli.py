@@ -3,9 +3,10 @@
 import argparse
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
-from typing import Any
+from typing import Any, TextIO
 
 from fvkit import __version__
 from fvkit.solution import SolveError
@@ -50,7 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as end:
         return int(end.code or 0)
     try:
-        return int(options.run(options))
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            return int(options.run(options))
     except KeyboardInterrupt:
         print("fvkit: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -63,6 +66,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, TypeError, OSError) as error:
         print(f"fvkit: {' '.join(str(error).split())}", file=sys.stderr)
         return MISTAKE
+
+
+def _warn(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
+          line: str | None = None) -> None:
+    """Show a warning as one line, as mistakes are."""
+    print(f"fvkit: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 if __name__ == "__main__":

@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fvkit import WavePropagation, _validate, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
@@ -15,7 +13,7 @@ from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
 from fvkit_granular.bench import bench
-from fvkit_granular.compare import compare
+from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import MODELS, RIEMANN
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.stress import command as stress_command
@@ -97,9 +95,8 @@ def _run(options: argparse.Namespace) -> int:
           + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
     reference = chosen.known_reference()
     if solution.success and reference is not None:
-        wanted = problem.model.observables(reference.averages(problem.model, problem.grid, chosen.t_end), solution.aux)
-        found = solution.observables()
-        errors = {name: problem.grid.dx * float(np.abs(found[name] - wanted[name]).sum()) for name in found if name != "surface"}
+        found = deviations(solution, reference.averages(problem.model, problem.grid, chosen.t_end))
+        errors = {name: problem.grid.dx * float(difference.sum()) for name, difference in found.items()}
         print("  L1 error " + ", ".join(f"{name} {error:.3e}" for name, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: solution.npz, profile.png")
     return SUCCESS if solution.success else FAILED

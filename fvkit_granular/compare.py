@@ -18,6 +18,9 @@ from fvkit_granular.two_phase import TwoPhase
 #: A self-converged reference has this many times the cells of the finest run.
 REFINEMENT = 4
 
+#: Share of the largest depth below which velocities and solid fractions are not compared.
+DEEP = 1e-6
+
 
 class _Run(NamedTuple):
     """One line of the comparison before it is run."""
@@ -135,10 +138,7 @@ def _row(scene: Scene, run: _Run, solution: Solution, times: list[float], refere
     stats = solution.stats
     errors: dict[str, dict[str, float]] = {"error": {}, "error_l2": {}, "error_max": {}}
     if solution.success:
-        averages = reference.averages(run.model, solution.grid, scene.t_end)
-        wanted, found = run.model.observables(averages, solution.aux), solution.observables()
-        for name in (name for name in found if name != "surface"):
-            difference = np.abs(found[name] - wanted[name])
+        for name, difference in deviations(solution, reference.averages(run.model, solution.grid, scene.t_end)).items():
             errors["error"][name] = float(solution.grid.dx * difference.sum())
             errors["error_l2"][name] = float(np.sqrt(solution.grid.dx * (difference**2).sum()))
             errors["error_max"][name] = float(difference.max())
@@ -148,6 +148,21 @@ def _row(scene: Scene, run: _Run, solution: Solution, times: list[float], refere
             "seconds": median(times), "seconds_min": min(times),
             "ns_per_cell_step": 1e9 * median(times) / max(stats.cell_updates, 1), **errors,
             "mass_drift": stats.mass_drift, "status": solution.status.name.lower()}
+
+
+def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
+    """Return abs(computed - reference) of each observable at the end of a run, {name: (n,)}.
+
+    Where the reference or the run is all but dry, what is not a depth has no meaning and counts as 0.
+
+    Parameters
+    ----------
+    solution : the run.
+    averages : cell averages (num_eqn, n) of the reference, for the model of the run.
+    """
+    wanted, found = solution.model.observables(averages, solution.aux), solution.observables()
+    deep = np.minimum(found["h"], wanted["h"]) > DEEP * wanted["h"].max()
+    return {name: np.abs(found[name] - wanted[name]) * (1.0 if name == "h" else deep) for name in found if name != "surface"}
 
 
 def _self_converged(scene: Scene, finest: int, backend: str, tell: Callable[[str], None]) -> Reference:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
-from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, upper, velocity
+from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, threshold, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.spectrum import couplings, quartic_discriminant, shifted_roots
@@ -149,11 +149,13 @@ class TwoPhase(Model):
     def may_lose_hyperbolicity(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
         slip = (vs - vf) * (vs - vf)
-        return (slip > 2.0 * self.g * (1.0 - self.gamma) * hf) & (slip < 4.0 * self.g * (hs + hf))
+        deep = hs + hf > threshold(self.dry)
+        return deep & (slip > 2.0 * self.g * (1.0 - self.gamma) * hf) & (slip < 4.0 * self.g * (hs + hf))
 
     def hyperbolic_discriminant(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
-        return quartic_discriminant(hs, hf, vs, vf, self.g, self.gamma) + ROUNDING
+        found = quartic_discriminant(hs, hf, vs, vf, self.g, self.gamma) + ROUNDING
+        return where(hs + hf > threshold(self.dry), found, 1.0)
 
     def resolved(self, q0: np.ndarray) -> "TwoPhase":
         return resolved(self, q0)
