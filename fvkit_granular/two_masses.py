@@ -39,7 +39,8 @@ class TwoMasses(Model, ABC):
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1), ((2,), 3))
 
     g: float = number(9.81, above=0.0)
-    gamma: float = number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid, upper over lower layer")
+    gamma: float = number(0.5, above=0.0, below=1.0,
+                          hint="density of the fluid over that of the solid, or of the upper over the lower layer")
 
     dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
 
@@ -54,6 +55,10 @@ class TwoMasses(Model, ABC):
     @abstractmethod
     def at_state(self, state, v):
         """Return A(hs, vs, hf, vf) v."""
+
+    def sound(self, left, right, bl, br):
+        """Return how fast the relaxation waves leave both sides of a face, relative to the masses, m/s."""
+        return layer_sound(left, right, bl, br, self.g)
 
     def layers(self, q):
         """Return hs, vs, hf, vf as a face sees them: too thin a phase is absent, and 0 is the velocity of an absent one."""
@@ -75,9 +80,7 @@ class TwoMasses(Model, ABC):
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
-        hl, hr = hsl + hfl, hsr + hfr
-        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
-        al, ar = sound_speeds(hl, hr, db, excess, self.g)
+        al, ar = self.sound((hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr), auxl[0], auxr[0])
         solid = jump[1] - (hsr * vsr * vsr - hsl * vsl * vsl)
         fluid = jump[3] - (hfr * vfr * vfr - hfl * vfl * vfl)
         (s1, s2, s3), s_speeds = mass_and_momentum(hsl, vsl, hsr, vsr, solid, al, ar, jump[:2])
@@ -140,6 +143,13 @@ class TwoMasses(Model, ABC):
         speeds = self.eigenvalues(q)
         xi = ((speeds - vs) ** 2 - css) / csf
         return np.array([np.ones_like(speeds), speeds, xi, xi * speeds])
+
+
+def layer_sound(left, right, bl, br, g):
+    """Return sqrt(g h) of both sides, (hs, vs, hf, vf) each, raised at emerged steps of the bottom: see `sound_speeds`."""
+    hl, hr = left[0] + left[2], right[0] + right[2]
+    db, excess = bed_step(hl, hr, bl, br)
+    return sound_speeds(hl, hr, db, excess, g)
 
 
 def pressure_rows(state, v, coupled):
