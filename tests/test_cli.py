@@ -54,6 +54,13 @@ def test_a_run_that_fails_exits_1_and_still_writes(tmp_path, monkeypatch, capsys
     assert (tmp_path / "out" / "solution.npz").exists()
 
 
+@pytest.mark.parametrize(("model", "scene", "solver"), [("pitman-le", "pitman-le", "hll"), ("two-layer", "internal-jump", "roe")])
+def test_the_relatives_run_with_a_solver_that_serves_them(model, scene, solver, tmp_path):
+    done = run("run", scene, "--model", model, "--cells", "20", "--backend", "numpy", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert f"{scene}: {model}, {solver}, order 2" in done.stdout
+
+
 @pytest.mark.parametrize(("arguments", "words"), [
     (("compare", "riemannn"), ("riemannn", "did you mean riemann?", "dam-break-phi")),
     (("compare", "rest", "--riemann", "roee"), ("--riemann", "roe, hll, rusanov", "did you mean roe?")),
