@@ -90,7 +90,7 @@ def shifted_roots(coupled, vs, vf, a2, polish=8):
 
     One polish is enough to rounding where the system is strictly hyperbolic. With less than 5 % of one
     phase and 2 a beta < |vs - vf| < 2 a an outer root nearly meets the inner pair; there one leaves up to
-    3e-3 a, eight reach 1e-9 a.
+    3e-3 a, eight reach 1e-9 a. Two layers: 3e-7 a within the safe range of slip, eight 5e-10 a.
 
     Parameters
     ----------
