@@ -5,19 +5,21 @@ from typing import TYPE_CHECKING, Any
 from fvkit_granular import scenes
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.pitman_le import PitmanLe
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.two_layer import TwoLayer
 from fvkit_granular.two_phase import TwoPhase
 
 if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "ConstantDrag", "Drag", "FunctionReference", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
-    "ShallowWater", "TwoPhase", "VelocityDrag", "compare", "exact", "scene", "scene_names", "scenes",
+    "ConstantDrag", "Drag", "FunctionReference", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene",
+    "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "compare", "exact", "scene", "scene_names", "scenes",
 ]
 
 

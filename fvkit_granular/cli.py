@@ -14,7 +14,7 @@ from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
-from fvkit_granular.parts import MODELS, RIEMANN
+from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.stress import command as stress_command
 
@@ -34,8 +34,8 @@ def register(commands: Any) -> None:
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
                         "fvkit compare riemann --cells 100 200 400")
     study.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
-    study.add_argument("--models", nargs="+", default=list(MODELS), metavar="M",
-                       help=f"any of {', '.join(MODELS)} (default: all)")
+    study.add_argument("--models", nargs="+", default=list(COMPARED), metavar="M",
+                       help=f"any of {', '.join(MODELS)} (default: {' '.join(COMPARED)})")
     study.add_argument("--riemann", nargs="+", metavar="R",
                        help=f"any of {', '.join(RIEMANN)} (default: all for the first model, relaxation for the others)")
     study.add_argument("--limiter", nargs="+", default=["mc"], metavar="L",
@@ -64,7 +64,7 @@ def _common(parser: argparse.ArgumentParser, folder: str) -> None:
 
 def _scenes(options: argparse.Namespace) -> int:
     for name in scene_names():
-        print(f"{name:14s} {scene(name).description}")
+        print(f"{name:19s} {scene(name).description}")
     return SUCCESS
 
 
@@ -74,9 +74,11 @@ def _pick(names: list[str], argument: str, known: Mapping[str, type]) -> list[An
 
 def _run(options: argparse.Namespace) -> int:
     chosen = scene(options.scene)
-    model, riemann, limiter = (_pick([getattr(options, name)], f"--{name}", known)[0]
-                               for name, known in (("model", MODELS), ("riemann", RIEMANN), ("limiter", LIMITERS)))
+    model, limiter = (_pick([getattr(options, name)], f"--{name}", known)[0]
+                      for name, known in (("model", MODELS), ("limiter", LIMITERS)))
     problem = chosen.problem(model, options.cells)
+    solver = options.riemann or ("roe" if model.defines("decompose") else "hll")
+    riemann = _pick([solver], "--riemann", RIEMANN)[0]
     scheme = WavePropagation(riemann(), limiter=limiter(), order=options.order, cfl=options.cfl)
     solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
     folder = options.out or Path(f"fvkit-run-{options.scene}")
@@ -86,7 +88,7 @@ def _run(options: argparse.Namespace) -> int:
     solution.plot(axes[0])
     write_whole(folder / "profile.png", lambda file: figure.savefig(file, format="png", dpi=130))
     stats = solution.stats
-    print(f"{options.scene}: {public_name(problem.model)}, {options.riemann}, order {options.order}, {options.cells} cells, "
+    print(f"{options.scene}: {public_name(problem.model)}, {solver}, order {options.order}, {options.cells} cells, "
           f"{stats.backend}")
     print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {chosen.t_end:g} s")
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "

@@ -45,7 +45,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     limiter : one, or a list of them; default MC. (A tuple is one per wave family, as in `fvkit.WavePropagation`.)
     order : 1, 2, or a list of both.
     repeats : every run is repeated this often, interleaved, after a warm-up; the report holds median and minimum.
-    reference : default: the scene's own, else the full model on 4 times the finest grid (self-converged).
+    reference : default: the scene's own, else the full model on 4 times the finest grid (self-converged): TwoPhase, or
+        where that is not among the models the first of them with two phases.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
     progress : function that receives a line of text before each run.
 
@@ -67,15 +68,17 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     kinds = [scene.model(model) for model in (models or (TwoPhase, Reduced, ShallowWater))]
     runs = _runs(kinds, riemann, counts, limiter, order, cfl)
     tell = progress or (lambda line: None)
-    known = reference or scene.known_reference() or _self_converged(scene, max(counts), backend, tell)
+    known = reference or scene.known_reference()
+    full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
+    known = known or _self_converged(scene, full, max(counts), backend, tell)
     rows = _measure(scene, runs, known, repetitions, backend, tell)
     machine, versions = environment("fvkit", "numpy", "scipy", "matplotlib", "attrs", "numba")
-    finest = scene.problem(TwoPhase, max(counts))
+    finest = scene.problem(full, max(counts))
     b = finest.aux_averages["b"]
     averages = known.averages(finest.model, finest.grid, scene.t_end)
     profiles = {"reference": Profile(finest.grid.centers, finest.model.observables(averages, finest.aux_averages))}
     report = Report(scene.name or "unnamed", {"kind": known.kind, "detail": known.detail}, [row for row, _ in rows], machine,
-                    versions, public_name(TwoPhase), profiles, (finest.grid.centers, b) if b.any() else None)
+                    versions, public_name(full), profiles, (finest.grid.centers, b) if b.any() else None)
     solutions = {id(row): solution for row, solution in rows}
     for label, series in report.series().items():
         solution = solutions[id(series[-1])]
@@ -162,11 +165,20 @@ def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray
     """
     wanted, found = solution.model.observables(averages, solution.aux), solution.observables()
     deep = np.minimum(found["h"], wanted["h"]) > DEEP * wanted["h"].max()
-    return {name: np.abs(found[name] - wanted[name]) * (1.0 if name == "h" else deep) for name in found if name != "surface"}
+    return {name: np.abs(found[name] - wanted[name]) * (1.0 if name == "h" else deep)
+            for name in found if name not in ("surface", "interface")}
 
 
-def _self_converged(scene: Scene, finest: int, backend: str, tell: Callable[[str], None]) -> Reference:
+def _full_model(scene: Scene, models: list[Model]) -> Model:
+    """The model whose fine solution is the reference: TwoPhase where it takes part, or nothing else has two phases."""
+    two = [model for model in models if len(model.phases) == 2]
+    return scene.model(TwoPhase) if not two or any(isinstance(model, TwoPhase) for model in two) else two[0]
+
+
+def _self_converged(scene: Scene, model: Model, finest: int, backend: str, tell: Callable[[str], None]) -> Reference:
     cells = REFINEMENT * finest
-    tell(f"reference: {public_name(TwoPhase)} roe N={cells}")
-    solution = solve(scene.problem(TwoPhase, cells), WavePropagation(Roe()), backend=backend, nonhyperbolic="ignore")
-    return SelfConverged("self-converged", f"the full model itself, Roe, MC, order 2, N = {cells}", solution=solution)
+    solver = Roe() if model.defines("decompose") else model.default_riemann()
+    name = type(solver).__name__
+    tell(f"reference: {public_name(model)} {public_name(solver)} N={cells}")
+    solution = solve(scene.problem(model, cells), WavePropagation(solver), backend=backend, nonhyperbolic="ignore")
+    return SelfConverged("self-converged", f"the full model itself, {name}, MC, order 2, N = {cells}", solution=solution)

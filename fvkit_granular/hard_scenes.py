@@ -154,7 +154,7 @@ def absent(name: str) -> Scene:
                  description=f"(h, phi) = ({hl:g}, {phil:g}) | ({hr:g}, {phir:g}) from rest: absent phases (constructed here)")
 
 
-SCENES: dict[str, Callable[[], Scene]] = {
+HARD_SCENES: dict[str, Callable[[], Scene]] = {
     "island": island, "island-step": partial(island, "step"), "thacker": thacker, "dry-dam-break": dry_dam_break,
     "double-rarefaction": double_rarefaction, "transonic": transonic, "expansion-shock": expansion_shock, "froude-50": fast,
     "tiny-depth": tiny, "lost-hyperbolicity": lost_hyperbolicity, "stiff-drag": stiff_drag,

@@ -2,10 +2,16 @@
 
 from fvkit import HLL, Model, RiemannSolver, Roe, Rusanov
 from fvkit.names import by_name
+from fvkit_granular.pitman_le import PitmanLe
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.two_layer import TwoLayer
 from fvkit_granular.two_phase import TwoPhase
 
-MODELS: dict[str, type[Model]] = by_name((TwoPhase, Reduced, ShallowWater))
+MODELS: dict[str, type[Model]] = by_name((TwoPhase, Reduced, ShallowWater, PitmanLe, TwoLayer))
+
+#: What a comparison takes where no model is named: the full model and its limits.
+COMPARED: dict[str, type[Model]] = by_name((TwoPhase, Reduced, ShallowWater))
+
 RIEMANN: dict[str, type[RiemannSolver]] = by_name((Relaxation, Roe, HLL, Rusanov))

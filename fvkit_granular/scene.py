@@ -31,6 +31,11 @@ def conserved(model: Model, flow: Flow) -> Callable[[np.ndarray], np.ndarray]:
     return values
 
 
+def two_states(left: Mapping[str, float], right: Mapping[str, float], at: float = 0.0) -> Flow:
+    """Return the flow of two uniform states with a jump at x = ``at``, m."""
+    return lambda x: {name: np.where(x < at, left[name], right[name]) for name in left}
+
+
 def _kind(value: Any) -> Any:
     return _validate.choice(value, "kind", KINDS)
 

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from fvkit._validate import choice
-from fvkit_granular import hard_scenes
-from fvkit_granular.scene import FunctionReference, Scene
+from fvkit_granular.hard_scenes import HARD_SCENES
+from fvkit_granular.model_scenes import MODEL_SCENES
+from fvkit_granular.scene import FunctionReference, Scene, two_states
 
 
 def scene_names() -> tuple[str, ...]:
@@ -26,10 +27,6 @@ def scene(name: str) -> Scene:
     return _SCENES[choice(name, "scene", _SCENES)]()
 
 
-def _two_states(left: Mapping[str, float], right: Mapping[str, float]) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
-    return lambda x: {name: np.where(x < 0.0, left[name], right[name]) for name in left}
-
-
 def _riemann_problem(left: dict[str, float], right: dict[str, float], **settings: Any) -> Scene:
     """Two states with a jump at 0, and the semi-exact solution of the full model."""
     def reference(scene: Scene) -> FunctionReference:
@@ -40,7 +37,7 @@ def _riemann_problem(left: dict[str, float], right: dict[str, float], **settings
         return FunctionReference("semi-exact", "four-wave solution for the segment path in (hs, hf), states to 1e-6; internal "
                                  "shocks depend on the path, and schemes miss their speed by 0.8 to 2.4 %", at=solved.at)
 
-    return Scene((-5.0, 5.0), initial=_two_states(left, right), reference=reference, **settings)
+    return Scene((-5.0, 5.0), initial=two_states(left, right), reference=reference, **settings)
 
 
 def riemann() -> Scene:
@@ -142,5 +139,4 @@ def _one_velocity(observed: Mapping[str, Any], phi: float) -> dict[str, Any]:
 _SCENES: dict[str, Callable[[], Scene]] = {
     "riemann": riemann, "dam-break-phi": dam_break_phi, "phi-jump": phi_jump, "dam-break": dam_break,
     "simple-wave": simple_wave, "rest": rest, "perturbed-rest": perturbed_rest,
-    **hard_scenes.SCENES,
-}
+} | HARD_SCENES | MODEL_SCENES

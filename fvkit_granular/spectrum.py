@@ -1,12 +1,13 @@
-"""Characteristic speeds of the two-phase system: the quartic, its roots, and what they mean.
+"""Characteristic speeds of two masses coupled by their pressures: the quartic, its roots, and what they mean.
 
 Everything here is pointwise (scalars or arrays, branch-free) and shared by the Roe solver, the
 public eigenvalues, the hyperbolicity margin and the exact solutions, so the quartic stands once.
 
 With u = lambda - (vs + vf)/2 and d = (vs - vf)/2 the characteristic polynomial (4.1) is
 
-    P(u) = ((u - d)^2 - css) ((u + d)^2 - cff) - csf cfs,
-    css = g (hs + (1-gamma)/2 hf),  cff = cfs = g hf,  csf = g (1+gamma)/2 hs.
+    P(u) = ((u - d)^2 - css) ((u + d)^2 - cff) - csf cfs,  cfs = cff,
+
+with the pressure entries css, cff, csf of `couplings` (two phases) or `layer_couplings` (two layers).
 """
 
 import numpy as np
@@ -19,9 +20,19 @@ FLOOR = 1e-150
 
 
 def couplings(hs, hf, g, gamma):
-    """Return css, cff, csf: the pressure entries of the quasi-linear matrix (3.6)."""
+    """Return css, cff, csf of the two-phase matrix (3.6), and css cff - csf cff in the form that does not cancel.
+
+    css = g (hs + (1-gamma)/2 hf),  cff = g hf,  csf = g (1+gamma)/2 hs;  the last is g h g (1-gamma)/2 hf.
+    """
     half = 0.5 * g
-    return g * hs + half * (1.0 - gamma) * hf, g * hf, half * (1.0 + gamma) * hs
+    buoyant = half * (1.0 - gamma) * hf
+    return g * hs + buoyant, g * hf, half * (1.0 + gamma) * hs, g * (hs + hf) * buoyant
+
+
+def layer_couplings(hs, hf, g, gamma):
+    """Return css = g hs, cff = g hf, csf = g gamma hs of two layers, hs below hf, and css cff - csf cff = (1-gamma) css cff."""
+    css, cff = g * hs, g * hf
+    return css, cff, gamma * css, (1.0 - gamma) * css * cff
 
 
 def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
@@ -37,27 +48,40 @@ def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
     return u4 - (u4 - middle - s4) * 2.0 * s4 * (both * g1), v1 - (v1 - middle - s1) * 2.0 * s1 * (both * g4)
 
 
-def _depressed(hs, hf, d, a2, css, cff, g, gamma):
-    """Coefficients of P(u) = u^4 + p2 u^2 + q1 u + r, r in the form that does not cancel."""
-    ab2, dd = 0.5 * g * (1.0 - gamma) * hf, d * d
-    return -2.0 * dd - a2 - ab2, 2.0 * d * (cff - css), dd * dd - dd * (a2 + ab2) + a2 * ab2
+def _depressed(css, cff, remainder, d):
+    """Coefficients of P(u) = u^4 + p2 u^2 + q1 u + r, with ``remainder`` = css cff - csf cfs."""
+    trace, dd = css + cff, d * d
+    return -2.0 * dd - trace, 2.0 * d * (cff - css), dd * dd - dd * trace + remainder
 
 
-def quartic_discriminant(hs, hf, vs, vf, g, gamma):
-    """Return the discriminant of (4.1) over (g h)^6: negative exactly where the inner pair is complex.
+def discriminant(p2, q1, r, a2):
+    """Return the discriminant of u^4 + p2 u^2 + q1 u + r over a2^6: the product of all squared differences of roots.
 
-    The product of all squared differences of roots, in closed form; the outer roots are real and distinct always.
+    Negative exactly where one pair of roots is complex.
     """
-    css, cff, _ = couplings(hs, hf, g, gamma)
-    a2 = g * (hs + hf)
-    p2, q1, r = _depressed(hs, hf, 0.5 * (vs - vf), a2, css, cff, g, gamma)
     share = 1.0 / a2
     p, q2, r = p2 * share, q1 * q1 * share * share * share, r * share * share
     pp = p * p
     return 16.0 * r * (pp - 4.0 * r) * (pp - 4.0 * r) - q2 * (4.0 * p * (pp - 36.0 * r) + 27.0 * q2)
 
 
-def shifted_roots(hs, hf, vs, vf, g, gamma, polish=8):
+def quartic_discriminant(coupled, vs, vf, a2):
+    """Return the discriminant of (4.1) over (g h)^6: negative exactly where the inner pair is complex.
+
+    The outer roots are real and distinct always.
+
+    Parameters
+    ----------
+    coupled : `couplings` or `layer_couplings`.
+    vs, vf : velocities, m/s.
+    a2 : g h, m^2/s^2, the scale.
+    """
+    css, cff, _, remainder = coupled
+    p2, q1, r = _depressed(css, cff, remainder, 0.5 * (vs - vf))
+    return discriminant(p2, q1, r, a2)
+
+
+def shifted_roots(coupled, vs, vf, a2, polish=8):
     """Return u1, u4, mu, disc: the roots of (4.1) are vbar + (u1, mu -/+ sqrt(disc), u4).
 
     The outer roots, always real, come from two Newton steps on v = M + sqrt(D^2 + K/(E F)) (well
@@ -66,18 +90,18 @@ def shifted_roots(hs, hf, vs, vf, g, gamma, polish=8):
 
     One polish is enough to rounding where the system is strictly hyperbolic. With less than 5 % of one
     phase and 2 a beta < |vs - vf| < 2 a an outer root nearly meets the inner pair; there one leaves up to
-    3e-3 a, eight reach 1e-9 a.
+    3e-3 a, eight reach 1e-9 a. Two layers: 3e-7 a within the safe range of slip, eight 5e-10 a.
 
     Parameters
     ----------
-    hs, hf : depths of solid and fluid, m, both positive.
+    coupled : `couplings` or `layer_couplings` of the depths, both positive.
     vs, vf : velocities, m/s.
-    g, gamma : gravity, m/s^2, and density ratio in (0, 1).
+    a2 : g h, m^2/s^2, not below the square of an outer root at equal velocities.
     polish : number of Newton steps on the quartic itself.
     """
-    css, cff, csf = couplings(hs, hf, g, gamma)
-    d, a2 = 0.5 * (vs - vf), g * (hs + hf)
-    p2, q1, r = _depressed(hs, hf, d, a2, css, cff, g, gamma)
+    css, cff, csf, remainder = coupled
+    d = 0.5 * (vs - vf)
+    p2, q1, r = _depressed(css, cff, remainder, d)
     sc, sf = np.sqrt(css), np.sqrt(cff)
     product = csf * cff + FLOOR
     middle, x, a = 0.5 * (sc + sf), 0.5 * (sc - sf), np.sqrt(a2)

@@ -134,8 +134,29 @@ def slip_over_bottom_conserved(x):
     return np.array([hs, hs * vs, hf, hf * vf])
 
 
-def pseudo_spectral(t, modes=96, g=9.81, gamma=0.5):
-    """Fourier coefficients (4, modes) of the two-phase solution that starts from `slip_over_bottom` on [0, 1]."""
+def two_phase_forces(dx, hs, ms, hf, mf, bx, g, gamma):
+    """Rates of the momenta of the two-phase model, from its equations; ``dx`` differentiates."""
+    return (-dx(ms * ms / hs + 0.5 * g * hs * hs + 0.5 * g * (1.0 - gamma) * hs * hf) - gamma * g * hs * dx(hf) - g * hs * bx,
+            -dx(mf * mf / hf + 0.5 * g * hf * hf) - g * hf * dx(hs) - g * hf * bx)
+
+
+def pitman_le_forces(dx, hs, ms, hf, mf, bx, g, gamma):
+    """The same with the fluid momentum of Pitman and Le, from their equation for h vf."""
+    solid, _ = two_phase_forces(dx, hs, ms, hf, mf, bx, g, gamma)
+    h, vf = hs + hf, mf / hf
+    whole = -dx(h * vf * vf + 0.5 * g * h * h) - g * h * bx
+    acceleration = (whole + vf * (dx(ms) + dx(mf))) / h
+    return solid, hf * acceleration - vf * dx(mf)
+
+
+def two_layer_forces(dx, hs, ms, hf, mf, bx, g, gamma):
+    """The same for two layers of water."""
+    return (-dx(ms * ms / hs + 0.5 * g * hs * hs) - gamma * g * hs * dx(hf) - g * hs * bx,
+            -dx(mf * mf / hf + 0.5 * g * hf * hf) - g * hf * dx(hs) - g * hf * bx)
+
+
+def pseudo_spectral(t, modes=96, g=9.81, gamma=0.5, forces=two_phase_forces):
+    """Fourier coefficients (4, modes) of the solution on [0, 1] that starts from `slip_over_bottom`."""
     x = np.arange(modes) / modes
     k = 2j * np.pi * np.fft.fftfreq(modes, 1.0 / modes)
     k[modes // 2] = 0.0
@@ -147,16 +168,8 @@ def pseudo_spectral(t, modes=96, g=9.81, gamma=0.5):
 
     def rate(_, flat):
         hs, ms, hf, mf = flat.reshape(4, modes)
-        return np.concatenate(
-            [
-                -dx(ms),
-                -dx(ms * ms / hs + 0.5 * g * hs * hs + 0.5 * g * (1.0 - gamma) * hs * hf)
-                - gamma * g * hs * dx(hf)
-                - g * hs * bx,
-                -dx(mf),
-                -dx(mf * mf / hf + 0.5 * g * hf * hf) - g * hf * dx(hs) - g * hf * bx,
-            ]
-        )
+        solid, fluid = forces(dx, hs, ms, hf, mf, bx, g, gamma)
+        return np.concatenate([-dx(ms), solid, -dx(mf), fluid])
 
     start = slip_over_bottom_conserved(x).ravel()
     result = solve_ivp(rate, (0.0, t), start, method="DOP853", rtol=1e-12, atol=1e-14)

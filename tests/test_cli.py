@@ -24,7 +24,7 @@ def test_compare_writes_everything_and_ends_with_a_verdict(tmp_path):
     folder = tmp_path / "fvkit-compare-riemann"
     assert {path.name for path in folder.iterdir()} == {"report.json", "report.csv", "error_time.png", "error_cells.png",
                                                         "profiles.png"}
-    assert len(json.loads((folder / "report.json").read_text())["rows"]) == 10
+    assert len(json.loads((folder / "report.json").read_text())["rows"]) == 12
     assert done.stderr == ""
 
 
@@ -54,9 +54,16 @@ def test_a_run_that_fails_exits_1_and_still_writes(tmp_path, monkeypatch, capsys
     assert (tmp_path / "out" / "solution.npz").exists()
 
 
+@pytest.mark.parametrize(("model", "scene"), [("pitman-le", "pitman-le"), ("two-layer", "internal-jump")])
+def test_the_relatives_run_with_the_default_solver(model, scene, tmp_path):
+    done = run("run", scene, "--model", model, "--cells", "20", "--backend", "numpy", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert f"{scene}: {model}, relaxation, order 2" in done.stdout
+
+
 @pytest.mark.parametrize(("arguments", "words"), [
     (("compare", "riemannn"), ("riemannn", "did you mean riemann?", "dam-break-phi")),
-    (("compare", "rest", "--riemann", "roee"), ("--riemann", "roe, hll, rusanov", "did you mean roe?")),
+    (("compare", "rest", "--riemann", "roee"), ("--riemann", "relaxation, roe, hll, rusanov", "did you mean roe?")),
     (("run", "rest", "--limiter", "mcc"), ("--limiter", "did you mean mc?")),
     (("run", "rest", "--cells", "0"), ("`num_cells` must be >= 1",)),
     (("run", "rest", "--cells", "ten"), ("--cells", "ten")),

@@ -53,8 +53,9 @@ def characteristic(family: int, hs: Any, hf: Any, vs: Any, vf: Any, g: float, ga
         grad l . r = [2 T (l-vs)^2/hs + 2 r^2 F (l-vf)^2/hf + g (1+r)(T + r F)] / P'(l),
         T = (l-vf)^2 - g hf,  F = g (1+gamma)/2 hs,  P'(l) = 2 (l-vs) T + 2 (l-vf) r F.
     """
-    u1, u4, mu, disc = shifted_roots(hs, hf, vs, vf, g, gamma)
-    css, cff, csf = couplings(hs, hf, g, gamma)
+    coupled = couplings(hs, hf, g, gamma)
+    u1, u4, mu, disc = shifted_roots(coupled, vs, vf, g * (hs + hf))
+    css, cff, csf, _ = coupled
     d = 0.5 * (vs - vf)
     u = shifted_speed(family, u1, u4, mu, disc)
     from_s, from_f = u - d, u + d

@@ -132,7 +132,7 @@ def _residual(
     hs1, hf1 = hs + y * e, hf + z * e
     if hs1 <= 0.0 or hf1 <= 0.0:
         raise _EmptyPhase
-    css, cff, csf = couplings(0.5 * (hs + hs1), 0.5 * (hf + hf1), g, gamma)
+    css, cff, csf, _ = couplings(0.5 * (hs + hs1), 0.5 * (hf + hf1), g, gamma)
     excess = g * area(hs, hf, hs1, hf1) / e
     solid = y * (vs - sigma) ** 2 - hs1 / hs * (css * y + csf * z + gamma * excess)
     fluid = z * (vf - sigma) ** 2 - hf1 / hf * (cff * (y + z) - excess)

@@ -8,6 +8,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
+from fvkit.names import public_name
 from fvkit.study.report import Report, observed_orders, time_to_reach
 from tests.cases import Fading
 
@@ -21,7 +22,8 @@ def report() -> Report:
 
 def test_rows_hold_every_promised_column(report):
     assert [(row["model"], row["riemann"]) for row in report.rows[::2]] == [
-        ("two-phase", "roe"), ("two-phase", "hll"), ("two-phase", "rusanov"), ("reduced", "roe"), ("shallow-water", "roe")]
+        ("two-phase", "relaxation"), ("two-phase", "roe"), ("two-phase", "hll"), ("two-phase", "rusanov"),
+        ("reduced", "relaxation"), ("shallow-water", "relaxation")]
     for row in report.rows:
         assert set(KEYS) <= row.keys()
         assert row["status"] == "finished"
@@ -111,3 +113,14 @@ def test_rest_is_kept_to_rounding_and_the_verdict_says_so(tmp_path):
     report = gr.compare(gr.scene("rest"), cells=(50,), repeats=1)
     assert "to rounding" in report.verdict()
     report.save(tmp_path)
+
+
+@pytest.mark.parametrize(("scene", "model", "solvers"), [("internal-dam-break", gr.TwoLayer, {"relaxation", "roe", "hll", "rusanov"}),
+                                                         ("pitman-le", gr.PitmanLe, {"relaxation", "hll", "rusanov"})])
+def test_a_relative_is_compared_with_its_own_fine_solution_and_the_solvers_that_serve_it(scene, model, solvers):
+    report = gr.compare(gr.scene(scene), [model, gr.ShallowWater], cells=(20, 40), repeats=1, backend="numpy")
+    assert report.full_model == public_name(model)
+    assert {row["riemann"] for row in report.rows if row["model"] == report.full_model} == solvers
+    assert all(row["status"] == "finished" for row in report.rows)
+    first = report.rows[:2]
+    assert first[1]["error"]["phi"] < 0.8 * first[0]["error"]["phi"]

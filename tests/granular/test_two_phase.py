@@ -366,7 +366,7 @@ def test_equal_velocities_have_the_external_and_internal_speeds_in_closed_form()
 def test_diagnostics_of_an_absent_phase_are_refused():
     model = gr.TwoPhase()
     for phi in (0.0, 1.0):
-        for ask in (model.matrix, model.eigenvalues, model.eigenvectors, model.hyperbolicity_margin):
+        for ask in (model.matrix, model.eigenvalues, model.eigenvectors):
             with pytest.raises(ValueError, match=r"both phases present"):
                 ask(model.conserved_from(1.0, phi)[:, None])
 

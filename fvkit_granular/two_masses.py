@@ -1,0 +1,199 @@
+"""`TwoMasses`: what the models with two masses, each with its own velocity, have in common."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit import Model, RiemannSolver, maximum, minimum, where
+from fvkit._validate import number, optional_number
+from fvkit_granular.bed import LEAST_DRY, bed_step, mean_velocity, present, settled, velocity
+from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
+from fvkit_granular.states import bottom, broadcast, ratio
+
+
+@attrs.frozen
+class TwoMasses(Model, ABC):
+    """Abstract model of two masses with their velocities, q = (hs, hs vs, hf, hf vf), h = hs + hf. Contract:
+
+    1. hs_t + (hs vs)_x = 0, hf_t + (hf vf)_x = 0, (hs vs)_t + (hs vs^2)_x + Ps = 0, (hf vf)_t + (hf vf^2)_x + Pf = 0.
+    2. ``push(left, right, bl, br)`` returns Ps and Pf integrated over a face, bottom included: zero at rest.
+    3. ``couplings(hs, hf)`` returns css, cff, csf and css cff - csf cff: the solid row of the quasi-linear matrix is
+       (css - vs^2, 2 vs, csf, 0), which gives the eigenvectors.
+    4. ``at_state(state, v)`` returns the quasi-linear matrix at (hs, vs, hf, vf) times v.
+    5. ``flux``, ``balanced_difference``, ``cross`` and ``eigenvalues`` are the model's own.
+
+    Parameters
+    ----------
+    g : gravity, m/s^2, positive.
+    gamma : density ratio of the second mass to the first, in (0, 1).
+    dry : depth of a mass, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
+        initial depth, at least 1e-30 m; smaller values let ever thinner films set the time step.
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
+    aux: ClassVar[tuple[str, ...]] = ("b",)
+    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1), ((2,), 3))
+
+    g: float = number(9.81, above=0.0)
+    gamma: float = number(0.5, above=0.0, below=1.0,
+                          hint="density of the fluid over that of the solid, or of the upper over the lower layer")
+
+    dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
+
+    @abstractmethod
+    def push(self, left, right, bl, br):
+        """Return what pressures, products and bottom add to the momenta over a face, between (hs, vs, hf, vf) of its sides."""
+
+    @abstractmethod
+    def couplings(self, hs, hf):
+        """Return css, cff, csf and css cff - csf cff."""
+
+    @abstractmethod
+    def at_state(self, state, v):
+        """Return A(hs, vs, hf, vf) v."""
+
+    def sound(self, left, right, bl, br):
+        """Return how fast the relaxation waves leave both sides of a face, relative to the masses, m/s."""
+        return layer_sound(left, right, bl, br, self.g)
+
+    def layers(self, q):
+        """Return hs, vs, hf, vf as a face sees them: too thin a phase is absent, and 0 is the velocity of an absent one."""
+        hs, ms, hf, mf = q
+        return present(hs, self.dry), velocity(hs, ms, self.dry), present(hf, self.dry), velocity(hf, mf, self.dry)
+
+    def wave_speeds(self, q):
+        hs, vs, hf, vf = self.layers(q)
+        a = np.sqrt(self.g) * np.sqrt(hs + hf)
+        vs, vf = moving(hs, vs, hf, vf)
+        return minimum(vs, vf) - a, maximum(vs, vf) + a
+
+    def jump(self, ql, qr, auxl, auxr):
+        left, right = self.layers(ql), self.layers(qr)
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = left, right
+        solid, fluid = self.push(left, right, auxl[0], auxr[0])
+        return (hsr * vsr - hsl * vsl, hsr * vsr * vsr - hsl * vsl * vsl + solid,
+                hfr * vfr - hfl * vfl, hfr * vfr * vfr - hfl * vfl * vfl + fluid)
+
+    def relaxation(self, ql, qr, auxl, auxr, jump):
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
+        al, ar = self.sound((hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr), auxl[0], auxr[0])
+        solid = jump[1] - (hsr * vsr * vsr - hsl * vsl * vsl)
+        fluid = jump[3] - (hfr * vfr * vfr - hfl * vfl * vfl)
+        (s1, s2, s3), s_speeds = mass_and_momentum(hsl, vsl, hsr, vsr, solid, al, ar, jump[:2])
+        (f1, f2, f3), f_speeds = mass_and_momentum(hfl, vfl, hfr, vfr, fluid, al, ar, jump[2:])
+        none = (0.0, 0.0)
+        return (s1 + none, s2 + none, s3 + none, none + f1, none + f2, none + f3), s_speeds + f_speeds
+
+    def settle(self, q):
+        hs, ms, hf, mf = q
+        return hs, settled(hs, ms, self.dry), hf, settled(hf, mf, self.dry)
+
+    def roe_mean(self, ql, qr):
+        """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities."""
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
+        return (0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr), 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr))
+
+    def matrix_product(self, ql, qr, auxl, auxr, v):
+        return self.at_state(self.roe_mean(ql, qr), v)
+
+    def resolved(self, q0: np.ndarray) -> "TwoMasses":
+        return resolved(self, q0)
+
+    def default_riemann(self) -> RiemannSolver:
+        return Relaxation()
+
+    def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
+        """Return `margin`, and inf where a mass is absent: one alone never loses hyperbolicity, (n,)."""
+        both = (q[0] > 0.0) & (q[2] > 0.0)
+        result = np.full(q.shape[1], np.inf)
+        result[both] = self.margin(q[:, both])
+        return result
+
+    @abstractmethod
+    def margin(self, q: np.ndarray) -> np.ndarray:
+        """Return a number per cell, (n,), both masses present: negative where characteristic speeds are complex."""
+
+    def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
+        """Return q (4, ...) from depth h, m, share phi of the first mass in [0, 1] and velocities vs, vf, m/s."""
+        h, phi, vs, vf = broadcast(h, phi, vs, vf)
+        hs, hf = phi * h, (1.0 - phi) * h
+        return np.stack([hs, hs * vs, hf, hf * vf])
+
+    def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
+        """Return h, phi, vs, vf, the momentum mean v = (hs vs + gamma hf vf)/(hs + gamma hf), and the surface h + b."""
+        hs, ms, hf, mf = q
+        h = hs + hf
+        return {"h": h, "phi": ratio(hs, h), "vs": ratio(ms, hs), "vf": ratio(mf, hf),
+                "v": ratio(ms + self.gamma * mf, hs + self.gamma * hf), "surface": h + bottom(aux, h)}
+
+    def matrix(self, q: np.ndarray) -> np.ndarray:
+        """Return the quasi-linear matrix A(q) (4, 4, n) of q (4, n); both masses present."""
+        state = primitive(q)
+        units = np.eye(4)[:, :, None] + np.zeros_like(state[0])
+        return np.array([self.at_state(state, tuple(unit)) for unit in units]).swapaxes(0, 1)
+
+    @abstractmethod
+    def eigenvalues(self, q: np.ndarray) -> np.ndarray:
+        """Return the characteristic speeds (4, n), complex, sorted by real part; both masses present."""
+
+
+    def eigenvectors(self, q: np.ndarray) -> np.ndarray:
+        """Return right eigenvectors (4, 4, n), complex, in columns: (1, l, xi, xi l) with xi csf = (l-vs)^2 - css, (4.17).
+
+        Both masses present.
+        """
+        hs, vs, hf, _ = primitive(q)
+        css, _, csf, _ = self.couplings(hs, hf)
+        speeds = self.eigenvalues(q)
+        xi = ((speeds - vs) ** 2 - css) / csf
+        return np.array([np.ones_like(speeds), speeds, xi, xi * speeds])
+
+
+def layer_sound(left, right, bl, br, g):
+    """Return sqrt(g h) of both sides, (hs, vs, hf, vf) each, raised at emerged steps of the bottom: see `sound_speeds`."""
+    hl, hr = left[0] + left[2], right[0] + right[2]
+    db, excess = bed_step(hl, hr, bl, br)
+    return sound_speeds(hl, hr, db, excess, g)
+
+
+def pressure_rows(state, v, coupled):
+    """Return the matrix of two masses that pressures alone couple, (3.6), at (hs, vs, hf, vf), times v."""
+    _, vs, _, vf = state
+    css, cff, csf, _ = coupled
+    return (v[1], (css - vs * vs) * v[0] + 2.0 * vs * v[1] + csf * v[2],
+            v[3], cff * v[0] + (cff - vf * vf) * v[2] + 2.0 * vf * v[3])
+
+
+def pressure_cross(ql, qr, auxl, auxr, g, gamma):
+    """Return the Lax-Wendroff term of gamma g hs hf_x, g hf hs_x and the bottom: with X = d(hs vs) dhf - d(hf vf) dhs,
+
+    (0, g (d(hs vs) db + gamma X), 0, g (d(hf vf) db - X)).
+    """
+    (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
+    dms, dmf, db = msr - msl, mfr - mfl, auxr[0] - auxl[0]
+    exchange = dms * (hfr - hfl) - dmf * (hsr - hsl)
+    zero = 0.0 * exchange
+    return zero, g * (dms * db + gamma * exchange), zero, g * (dmf * db - exchange)
+
+
+def moving(hs, vs, hf, vf):
+    """Return vs, vf with the velocity of the other in place of an absent one, and 0 where both are absent."""
+    return where(hs > 0.0, vs, where(hf > 0.0, vf, 0.0)), where(hf > 0.0, vf, where(hs > 0.0, vs, 0.0))
+
+
+def primitive(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return hs, vs, hf, vf.
+
+    Raises
+    ------
+    ValueError
+        Where one of the two is absent: eigenvectors do not exist there.
+    """
+    hs, ms, hf, mf = np.asarray(q, dtype=float)
+    if not ((hs > 0.0).all() and (hf > 0.0).all()):
+        raise ValueError("`q` must have both phases present (hs > 0 and hf > 0): the eigenvectors do not exist else")
+    return hs, ms / hs, hf, mf / hf
