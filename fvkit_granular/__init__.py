@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from fvkit_granular import scenes
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "ConstantDrag", "Drag", "FunctionReference", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
-    "ShallowWater", "TwoPhase", "VelocityDrag", "compare", "exact", "scene", "scene_names", "scenes",
+    "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning", "PitmanLeDrag", "Reduced",
+    "Reference", "Relaxation", "Scene", "SelfConverged",
+    "ShallowWater", "TwoPhase", "VelocityDrag", "Voellmy", "compare", "exact", "scene", "scene_names", "scenes",
 ]
 
 

@@ -87,6 +87,14 @@ class TwoPhase(Model):
         lift = solid / (solid + hfl + hfr + TINY) * db
         return (hsr - hsl) + lift, msr - msl, (hfr - hfl) + (db - lift), mfr - mfl
 
+    def depth(self, q):
+        """Return the depth h = hs + hf, m."""
+        return q[0] + q[2]
+
+    def basal_load(self, q):
+        """Return what presses on the bed, per mass, of each phase, m/s^2: solid g (1 - gamma), its buoyancy off; fluid 0."""
+        return self.g * (1.0 - self.gamma), 0.0
+
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
         hl, hr = hsl + hfl, hsr + hfr

@@ -136,15 +136,30 @@ class WavePropagation(Scheme):
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
     """Resolve the jump of a face, less what static forces hold back, into waves."""
-    jump = parts.model.jump(ql, qr, auxl, auxr)
+    whole = jump = parts.model.jump(ql, qr, auxl, auxr)
     for source in parts.sources:
         if source.defines("limit_jump"):
             jump = source.limit_jump(parts.model, ql, qr, auxl, auxr, jump, parts.dx)
     waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+    waves = waves if jump is whole else without_held(parts.model, whole, jump, waves)
     fastest = np.abs(speeds[0])
     for speed in speeds[1:]:
         fastest = maximum(fastest, np.abs(speed))
     return jump, waves, speeds, fastest
+
+
+def without_held(model, whole, jump, waves):
+    """Return the waves without the rows of a phase that static forces hold at this face: neither viscosity nor the waves
+    of another phase then move it."""
+    result = [list(wave) for wave in waves]
+    for masses, momentum in model.phases:
+        held = (whole[momentum] != 0.0) & (jump[momentum] == 0.0)
+        for row in masses:
+            held = held & (jump[row] == 0.0)
+        for wave in result:
+            for row in (*masses, momentum):
+                wave[row] = where(held, 0.0, wave[row])
+    return tuple(map(tuple, result))
 
 
 def upwinding(parts, ratio, speeds):
