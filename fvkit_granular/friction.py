@@ -17,6 +17,9 @@ from fvkit._validate import within
 from fvkit_granular.bed import bed_step, threshold, upper, velocity
 from fvkit_granular.slip import share
 
+#: Share by which static friction exceeds that of motion: a slope that creeps to its angle stops there.
+STICKING = 1e-6
+
 #: Largest deceleration, m/s^2: a momentum is gone long before, and products with it stay numbers.
 STRONGEST = 1e100
 
@@ -57,17 +60,17 @@ class BasalFriction(Source):
     depend on the speed); it never turns a momentum round nor lets it grow, ends in exactly 0 where static friction exceeds
     speed/dt, and leaves the masses as they are, bit for bit.
 
-    Between two cells whose momentum of a phase is exactly 0, the push P of the face (the momentum row of its jump) is held
-    back as a whole where
+    Between two cells whose momentum of a phase is exactly 0, the push P of the face (the momentum row of its jump) is
+    taken away where |P| <= (1 + 1e-6) T_f, and reduced by T_f, its sign kept, where it is larger, with
 
-        |P| <= dx (T^ + |e|/|db| (T_up - T^)),   T = m R(load, h, 0),
+        T_f = dx (T^ + |e|/|db| (T_up - T^)),   T = m R(load, h, 0),
 
     T^ the mean of both cells, T_up that of the cell with the higher bottom, db the step of the bottom and e its excess over
     what the water sees (`fvkit_granular.bed.bed_step`): the bound is weighted like P, so the lower, dry end of a pile
-    on a slope stays. A larger push acts whole, and the cell pays for it in its step: the net force of a layer that starts to
-    slide is P - T. A face that also took T would count it twice, and hold layers up to twice their angle. Derived here.
+    on a slope stays. Derived here. Static friction exceeds that of motion by 1e-6, so that a slope that comes to rest at its
+    angle does so in finite time.
 
-    `fvkit.rhs` has no static friction in its source (``rate`` is 0 at rest), but has the faces.
+    `fvkit.rhs`: a pile stays at rest, but what begins to slide feels friction only once it moves.
     """
 
     def check(self, model):
@@ -153,16 +156,18 @@ class BasalFriction(Source):
     def limit_jump(self, model, ql, qr, auxl, auxr, jump, dx):
         result, loadsl, loadsr = list(jump), model.basal_load(ql), model.basal_load(qr)
         hl, hr = model.depth(ql), model.depth(qr)
-        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
-        raised = share(np.abs(excess), np.abs(db))
+        db, beyond = bed_step(hl, hr, auxl[0], auxr[0])
+        raised = share(np.abs(beyond), np.abs(db))
         hl, hr = maximum(hl, threshold(model.dry)), maximum(hr, threshold(model.dry))
         for loadl, loadr, (masses, momentum) in zip(loadsl, loadsr, model.phases, strict=True):
             left = ql[masses[-1]] * self.bounded(model, loadl, hl, 0.0)
             right = qr[masses[-1]] * self.bounded(model, loadr, hr, 0.0)
             mean = 0.5 * (left + right)
             bound = dx * (mean + raised * (upper(db, left, right) - mean))
-            held = (ql[momentum] == 0.0) & (qr[momentum] == 0.0) & (np.abs(jump[momentum]) <= bound)
-            result[momentum] = where(held, 0.0, jump[momentum])
+            push = jump[momentum]
+            excess = np.abs(push) - bound
+            left = where(excess > STICKING * bound, np.sign(push) * excess, 0.0)
+            result[momentum] = where((ql[momentum] == 0.0) & (qr[momentum] == 0.0), left, push)
         return tuple(result)
 
 

@@ -135,13 +135,14 @@ class WavePropagation(Scheme):
 
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves."""
+    """Resolve the jump of a face, less what static forces hold back, into waves; see `sliding`."""
     whole = jump = parts.model.jump(ql, qr, auxl, auxr)
     for source in parts.sources:
         if source.defines("limit_jump"):
             jump = source.limit_jump(parts.model, ql, qr, auxl, auxr, jump, parts.dx)
     waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
-    waves = waves if jump is whole else without_held(parts.model, whole, jump, waves)
+    if jump is not whole:
+        waves, jump = without_held(parts.model, whole, jump, waves), sliding(whole, jump)
     fastest = np.abs(speeds[0])
     for speed in speeds[1:]:
         fastest = maximum(fastest, np.abs(speed))
@@ -162,6 +163,16 @@ def without_held(model, whole, jump, waves):
     return tuple(map(tuple, result))
 
 
+def sliding(whole, jump):
+    """Return the jump that the cells of a face get: the whole of it where a push is left, since there they pay for the
+    static force themselves.
+
+    The sources take it from what moves, and would take it twice. So the waves, and with them the masses, feel the net push,
+    and the rest is given back as a standing wave, half to each cell.
+    """
+    return tuple([left if left is every else where(left == 0.0, 0.0, every) for left, every in zip(jump, whole, strict=True)])
+
+
 def upwinding(parts, ratio, speeds):
     """Return half the sign of every speed."""
     return (half_signs(speeds),)
@@ -169,7 +180,11 @@ def upwinding(parts, ratio, speeds):
 
 def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
     """Split the jump of a face into what travels left and what travels right."""
-    left = anchored(parts, ql, weighted([0.5 - side for side in sides], waves))
+    left = weighted([0.5 - side for side in sides], waves)
+    if any(source.defines("limit_jump") for source in parts.sources):
+        standing = subtract(jump, weighted([1.0] * len(waves), waves))
+        left = combine(1.0, left, 0.5, standing)
+    left = anchored(parts, ql, left)
     return left, right_going(parts, jump, left)
 
 
