@@ -122,9 +122,10 @@ class BasalFriction(Source):
             first, second = minimum(middle, found), maximum(middle, found)
             at_first, at_second = where(middle < found, centre, value), where(middle < found, value, centre)
             rises, falls = at_first < 0.0, at_second >= 0.0
-            low, below = (where(at_second < 0.0, second, where(rises, first, low)),
-                          where(at_second < 0.0, at_second, where(rises, at_first, below)))
-            high, above = (where(rises, where(falls, second, high), first), where(rises, where(falls, at_second, above), at_first))
+            low = where(falls, where(rises, first, low), second)
+            below = where(falls, where(rises, at_first, below), at_second)
+            high = where(rises, where(falls, second, high), first)
+            above = where(rises, where(falls, at_second, above), at_first)
         return where(moves, minimum(np.exp(found), speed), 0.0)
 
     def mismatch(self, model, load, h, speed, dt, static, goal):

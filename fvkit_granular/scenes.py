@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fvkit._validate import choice
+from fvkit_granular import friction_scenes
 from fvkit_granular.scene import FunctionReference, Scene
 
 
@@ -140,5 +141,5 @@ def _one_velocity(observed: Mapping[str, Any], phi: float) -> dict[str, Any]:
 
 _SCENES: dict[str, Callable[[], Scene]] = {
     "riemann": riemann, "dam-break-phi": dam_break_phi, "phi-jump": phi_jump, "dam-break": dam_break,
-    "simple-wave": simple_wave, "rest": rest, "perturbed-rest": perturbed_rest,
+    "simple-wave": simple_wave, "rest": rest, "perturbed-rest": perturbed_rest, **friction_scenes.SCENES,
 }
