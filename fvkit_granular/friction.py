@@ -87,7 +87,7 @@ class BasalFriction(Source):
     def slowed(self, model, load, h, speed, dt):
         """Return the speed v' after dt: v' + dt R(v') = speed, 0 where dt R(0) >= speed.
 
-        Ridders' method for y = log v', whose bracket never leaves [0, speed], on
+        Ridders' method for y = log(v'/speed), whose bracket never leaves (-inf, 0], on
 
             log(v' + dt (R(v') - R(0))) - log(speed - dt R(0)),
 
@@ -103,22 +103,20 @@ class BasalFriction(Source):
         -----
         Where R falls with the speed there may be several solutions; one of them is found.
         """
-        static = self.bounded(model, load, h, 0.0 * speed)
-        left = speed - dt * static
+        static = dt * self.bounded(model, load, h, 0.0 * speed)
+        left = speed - static
         moves = left > 0.0
-        goal = where(moves, left, 1.0)
-        top = where(moves, speed, 1.0)
-        high = np.log(top)
-        low = np.log(goal) - DEEPEST
-        above = self.mismatch(model, load, h, top, dt, static, goal)
-        below = self.mismatch(model, load, h, np.exp(low), dt, static, goal)
-        found = 0.0 * high
+        goal, top = where(moves, left, 1.0), where(moves, speed, 1.0)
+        low, high = np.log(goal / top) - DEEPEST, 0.0 * top
+        below, above = (self.mismatch(model, load, h, top * np.exp(low), dt, static, goal),
+                        self.mismatch(model, load, h, top, dt, static, goal))
+        never, found = above <= 0.0, high
         for _ in range(ITERATIONS):
             middle = 0.5 * (low + high)
-            centre = self.mismatch(model, load, h, np.exp(middle), dt, static, goal)
+            centre = self.mismatch(model, load, h, top * np.exp(middle), dt, static, goal)
             bend = np.sqrt(maximum(centre * centre - below * above, 0.0) + LEAST)
             found = minimum(maximum(middle - (middle - low) * (centre / bend), low), high)
-            value = self.mismatch(model, load, h, np.exp(found), dt, static, goal)
+            value = self.mismatch(model, load, h, top * np.exp(found), dt, static, goal)
             first, second = minimum(middle, found), maximum(middle, found)
             at_first, at_second = where(middle < found, centre, value), where(middle < found, value, centre)
             rises, falls = at_first < 0.0, at_second >= 0.0
@@ -126,11 +124,11 @@ class BasalFriction(Source):
             below = where(falls, where(rises, at_first, below), at_second)
             high = where(rises, where(falls, second, high), first)
             above = where(rises, where(falls, at_second, above), at_first)
-        return where(moves, minimum(np.exp(found), speed), 0.0)
+        return where(moves, where(never, speed, speed * np.exp(found)), 0.0)
 
     def mismatch(self, model, load, h, speed, dt, static, goal):
-        """Return log(speed + dt (R(speed) - R(0))) - log(goal), far below 0 where the first has no logarithm."""
-        total = speed + dt * (self.bounded(model, load, h, speed) - static)
+        """Return log(speed + dt R(speed) - static) - log(goal), far below 0 where the first has no logarithm."""
+        total = speed + (dt * self.bounded(model, load, h, speed) - static)
         return np.log(maximum(total / goal, LEAST))
 
     def bounded(self, model, load, h, speed):

@@ -55,7 +55,7 @@ def sliding_dam_break() -> Scene:
                                  "the ends of the interval are open, which is no flow on a slope, and send waves 2.6 m inwards",
                                  at=at)
 
-    return Scene((-10.0, 10.0), t_end=0.5, initial=lambda x: {"h": np.where(x < 0.0, 2.0, 1.0), "phi": phi, "vs": v0, "vf": v0},
+    return Scene((-15.0, 15.0), t_end=0.5, initial=lambda x: {"h": np.where(x < 0.0, 2.0, 1.0), "phi": phi, "vs": v0, "vf": v0},
                  bottom=lambda x: -slope * x, sources=(CoulombFriction(nu), ConstantDrag(1e9)), reference=reference,
                  name="sliding-dam-break",
                  description="dam break 2 m | 1 m, phi = 0.6, that slides at 1 m/s at first down a plane of slope 0.6, nu = "
@@ -107,8 +107,8 @@ def debris_slope() -> Scene:
                  initial=lambda x: {"h": np.where(x < 2.0, 4.0 - bottom(x), 0.01), "phi": 0.5},
                  sources=(CoulombFriction(0.53170943), PitmanLeDrag(2.0, 0.0)), name="debris-slope",
                  description="debris flow released on a slope of 1:4, phi = 0.5, bed friction 28 degrees, Pitman-Le drag "
-                 "(states and constants as in the public code fvshock, its test 41; interval and end time are ours); qualitative, "
-                 "no reference")
+                 "(states and constants as in the public code fvshock, its test 41; interval and end time are ours); "
+                 "qualitative, no reference")
 
 
 SCENES: dict[str, Callable[[], Scene]] = {

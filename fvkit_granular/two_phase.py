@@ -161,7 +161,8 @@ class TwoPhase(Model):
 
     def hyperbolic_discriminant(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
-        return quartic_discriminant(hs, hf, vs, vf, self.g, self.gamma) + ROUNDING
+        both = (hs > 0.0) & (hf > 0.0)
+        return where(both, quartic_discriminant(hs, hf, vs, vf, self.g, self.gamma), 0.0) + ROUNDING
 
     def resolved(self, q0: np.ndarray) -> "TwoPhase":
         return resolved(self, q0)
