@@ -27,7 +27,7 @@ STRONGEST = 1e100
 DEEPEST = 100.0
 
 #: Number of iterations of `BasalFriction.slowed`, of two evaluations of the law each.
-ITERATIONS = 10
+ITERATIONS = 8
 
 #: Added to the square of a number whose root divides, where both may vanish.
 LEAST = 1e-300
@@ -101,7 +101,9 @@ class BasalFriction(Source):
 
         Notes
         -----
-        Where R falls with the speed there may be several solutions; one of them is found.
+        Relative error of v' - of the part that static friction leaves - over dt from 1e-6 to 1e6 and speeds from 1e-9 to 1e3:
+        rounding for powers of the speed up to the fourth with or without static friction, 2e-11 for the eighth. Where R
+        falls with the speed there may be several solutions; one of them is found.
         """
         static = dt * self.bounded(model, load, h, 0.0 * speed)
         left = speed - static
