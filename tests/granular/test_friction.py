@@ -162,6 +162,12 @@ def test_rest_needs_no_friction_to_stay_rest_and_drag_does_not_disturb_it():
     np.testing.assert_allclose(solution.q[-1], solution.q[0], rtol=0.0, atol=1e-13)
 
 
+def test_the_semi_discrete_scheme_rests_too():
+    problem = gr.scene("submerged-pile").problem(gr.Reduced, 60)
+    for riemann in SOLVERS:
+        np.testing.assert_array_equal(fv.rhs(problem, fv.WavePropagation(riemann))(0.0, problem.q0), 0.0)
+
+
 @pytest.mark.parametrize("splitting", [fv.Strang(), fv.Godunov()], ids=name_of)
 @pytest.mark.parametrize("excess", [1.001, 1.02, 1.5, 1.9, 3.0])
 def test_a_layer_above_its_angle_starts_with_the_net_force(excess, splitting):
