@@ -103,10 +103,10 @@ def _instructions(code: types.CodeType) -> tuple[dis.Instruction, ...]:
 
 def _attribute(holder: type[Part], name: str | None, attribute: str, refuse: Callable[[str], None]) -> None:
     parameters = holder.parameter_names()
-    if attribute not in parameters and not isinstance(getattr(holder, attribute, None), types.FunctionType):
+    if attribute not in parameters and not isinstance(getattr(holder, attribute, None), (types.FunctionType, tuple)):
         refuse(f"{name}.{attribute} is neither a parameter of {holder.__name__} "
                f"({', '.join(parameters) or 'it has none: decorate it with @attrs.frozen and annotate with float'}) "
-               "nor one of its methods")
+               "nor one of its methods or constant tuples")
 
 
 def _loaded(operation: str, argument: Any) -> str | None:

@@ -20,7 +20,8 @@ class Source(Part, ABC):
     4. Masses are never touched.
     5. ``limit_jump(model, ql, qr, auxl, auxr, jump, dx)``, where defined, returns the jump of a face less what a static
        force of the source holds back; pointwise. It acts before the Riemann solver, which never knows: a slope below
-       its angle of friction then stays at rest, exactly.
+       its angle of friction then stays at rest, exactly. Where a push is left, ``step`` is expected to take the same
+       force from what moves, so the scheme gives back to the cells what that would count twice.
     6. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
        fewer than two, and a scene that is run with such a model leaves it out.
     """

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from fvkit_granular import scenes
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
 from fvkit_granular.pitman_le import PitmanLe
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
@@ -18,8 +19,9 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "ConstantDrag", "Drag", "FunctionReference", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene",
-    "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "compare", "exact", "scene", "scene_names", "scenes",
+    "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning", "PitmanLe", "PitmanLeDrag",
+    "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag",
+    "Voellmy", "compare", "exact", "scene", "scene_names", "scenes",
 ]
 
 

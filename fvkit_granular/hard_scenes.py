@@ -95,7 +95,7 @@ def island(emerged: str = "hump") -> Scene:
     """
     def bottom(x: np.ndarray) -> np.ndarray:
         if emerged == "step":
-            return np.where(np.abs(x - 1.0) < 0.3, 1.3, 0.0)
+            return np.where(np.abs(x - 1.0) < 0.28, 1.3, 0.0)
         return 1.2 * np.exp(-(((np.floor(50.0 * x) / 50.0 - 0.99) / 0.25) ** 2))
 
     flow = one_phase(lambda x: np.maximum(1.0 - bottom(x), 0.0))

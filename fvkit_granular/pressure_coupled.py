@@ -60,8 +60,9 @@ class PressureCoupled(TwoMasses, ABC):
 
     def hyperbolic_discriminant(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
+        both = (hs > 0.0) & (hf > 0.0) & (hs + hf > threshold(self.dry))
         found = quartic_discriminant(self.couplings(hs, hf), vs, vf, self.g * (hs + hf)) + ROUNDING
-        return where(hs + hf > threshold(self.dry), found, 1.0)
+        return where(both, found, 1.0)
 
     def eigenvalues(self, q: np.ndarray) -> np.ndarray:
         """Return the characteristic speeds (4, n), complex, sorted by real part; both masses present."""

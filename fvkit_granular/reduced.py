@@ -6,11 +6,12 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver, where
+from fvkit import Model, RiemannSolver, maximum, where
 from fvkit._validate import number, optional_number
 from fvkit_granular.bed import IMMOBILE, LEAST_DRY, TINY, bed_step, present, settled, threshold, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
+from fvkit_granular.slip import share
 from fvkit_granular.states import bottom, broadcast, ratio
 
 
@@ -98,6 +99,15 @@ class Reduced(Model):
         drift = v[2] - mean * v[1]
         return (mean * v[0] + kappa * drift, v[2],
                 0.5 * self.g * (mass * v[0] + h * v[1]) + mean * (drift + v[2]))
+
+    def depth(self, q):
+        """Return the depth h, m."""
+        return q[0]
+
+    def basal_load(self, q):
+        """Return what presses on the bed, per mass, of each phase, m/s^2: the grains less their buoyancy, g (1 - gamma/rho)."""
+        h, mass, _ = q
+        return (self.g * share(maximum(mass - self.gamma * h, 0.0), mass),)
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)

@@ -74,6 +74,14 @@ class ShallowWater(Model):
         right = first - left
         return ((left, left * s1), (right, right * s2)), (s1, s2)
 
+    def depth(self, q):
+        """Return the depth h, m."""
+        return q[0]
+
+    def basal_load(self, q):
+        """Return what presses on the bed, per mass, of each phase, m/s^2: g."""
+        return (self.g,)
+
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
         db, excess = bed_step(hl, hr, auxl[0], auxr[0])

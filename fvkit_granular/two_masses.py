@@ -106,6 +106,14 @@ class TwoMasses(Model, ABC):
     def default_riemann(self) -> RiemannSolver:
         return Relaxation()
 
+    def depth(self, q):
+        """Return the depth h of both together, m."""
+        return q[0] + q[2]
+
+    def basal_load(self, q):
+        """Return what presses on the bed, per mass, of each, m/s^2: g (1 - gamma), its buoyancy off, and 0 of the second."""
+        return self.g * (1.0 - self.gamma), 0.0
+
     def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
         """Return `margin`, and inf where a mass is absent: one alone never loses hyperbolicity, (n,)."""
         both = (q[0] > 0.0) & (q[2] > 0.0)

@@ -13,6 +13,7 @@ from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.schemes.dry import distrusted, fall_back, hold_within, mass_fluxes, may_overdraw
 from fvkit.schemes.fluctuations import anchored, half_signs, right_going
+from fvkit.schemes.static import sliding, without_held
 from fvkit.sources import Source, Splitting, Strang
 
 _STATES = (Read("q", -1, 0),)
@@ -135,12 +136,14 @@ class WavePropagation(Scheme):
 
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves."""
-    jump = parts.model.jump(ql, qr, auxl, auxr)
+    """Resolve the jump of a face, less what static forces hold back, into waves; see `sliding`."""
+    whole = jump = parts.model.jump(ql, qr, auxl, auxr)
     for source in parts.sources:
         if source.defines("limit_jump"):
             jump = source.limit_jump(parts.model, ql, qr, auxl, auxr, jump, parts.dx)
     waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+    if jump is not whole:
+        waves, jump = without_held(parts.model, whole, jump, waves), sliding(whole, jump)
     fastest = np.abs(speeds[0])
     for speed in speeds[1:]:
         fastest = maximum(fastest, np.abs(speed))
@@ -154,7 +157,11 @@ def upwinding(parts, ratio, speeds):
 
 def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
     """Split the jump of a face into what travels left and what travels right."""
-    left = anchored(parts, ql, weighted([0.5 - side for side in sides], waves))
+    left = weighted([0.5 - side for side in sides], waves)
+    if any(source.defines("limit_jump") for source in parts.sources):
+        standing = subtract(jump, weighted([1.0] * len(waves), waves))
+        left = combine(1.0, left, 0.5, standing)
+    left = anchored(parts, ql, left)
     return left, right_going(parts, jump, left)
 
 

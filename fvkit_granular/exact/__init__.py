@@ -9,6 +9,8 @@
 | `simple_wave` | smooth wave until it breaks | exact | characteristics | 1e-12 |
 | `steady_flow`, `bernoulli_depth` | steady flow over a bottom | exact | Bernoulli | rounding |
 | `uniform_drag` | decay of the slip in a uniform state | exact | derived here | rounding |
+| `accelerated`, `sliding_acceleration` | what slides with Coulomb friction down a plane | as inside | derived here | as inside |
+| `block_stop` | a block that friction stops | exact | derived here | rounding |
 | `thacker_basin` | rocking plane in a parabolic basin | exact | Thacker | rounding |
 
 Single-velocity solutions are exact for the two-phase model too where phi is uniform and vs = vf: that set
@@ -22,6 +24,7 @@ from fvkit_granular.exact.paths import PATHS
 from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
 from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
 from fvkit_granular.exact.simple_wave import SimpleWave, hump, simple_wave
+from fvkit_granular.exact.sliding import Accelerated, accelerated, block_stop, sliding_acceleration
 from fvkit_granular.exact.states import NoFourWaveSolution, TwoPhaseState, Wave
 from fvkit_granular.exact.steady import bernoulli_depth, critical_depth, steady_flow
 from fvkit_granular.exact.thacker import ThackerBasin, thacker_basin
@@ -29,6 +32,7 @@ from fvkit_granular.exact.two_phase import TwoPhaseRiemann, TwoPhaseWave, two_ph
 
 __all__ = [
     "PATHS",
+    "Accelerated",
     "NoFourWaveSolution",
     "RarefactionFans",
     "ReducedRiemann",
@@ -42,13 +46,16 @@ __all__ = [
     "TwoPhaseWave",
     "UniformDrag",
     "Wave",
+    "accelerated",
     "bernoulli_depth",
+    "block_stop",
     "critical_depth",
     "hump",
     "rarefaction_fans",
     "reduced_riemann",
     "shallow_water_riemann",
     "simple_wave",
+    "sliding_acceleration",
     "steady_flow",
     "thacker_basin",
     "two_phase_riemann",

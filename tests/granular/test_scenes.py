@@ -19,7 +19,7 @@ def test_every_scene_runs_with_every_model_and_stays_near_its_reference(name):
     reference = scene.known_reference()
     for model in MODELS:
         problem = scene.problem(model, 50)
-        solution = fv.solve(problem, fv.WavePropagation(fv.HLL()))
+        solution = fv.solve(problem, fv.WavePropagation(fv.HLL()), nonhyperbolic="ignore")
         assert solution.success
         if reference is not None and model is gr.TwoPhase:
             assert reference.kind in KINDS
