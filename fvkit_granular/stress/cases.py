@@ -13,10 +13,13 @@ from fvkit_granular.stress.checks import (
     at_rest,
     close_to_reference,
     energy_not_above_start,
+    exactly_still,
     level_kept,
     no_faster_than,
     slip_below,
+    solid_still,
     steps_within,
+    stopped,
 )
 
 #: Models with a slip between phases.
@@ -57,9 +60,10 @@ def _fastest(depth: float) -> float:
 
 
 CASES: dict[str, Case] = {
-    "rest": Case((at_rest, level_kept)),
-    "island": Case((at_rest, level_kept)),
-    "island-step": Case((at_rest, level_kept)),
+    "rest": Case((at_rest, level_kept), SINGLE),
+    "island": Case((at_rest, level_kept), SINGLE),
+    "island-step": Case((at_rest, level_kept), SINGLE),
+    "two-layer-rest": Case((at_rest, level_kept), ("two-layer",)),
     "dry-dam-break": Case((close_to_reference(0.033, 0.017), no_faster_than(_fastest(1.0))), SINGLE),
     "tiny-depth": Case((close_to_reference(0.033, 0.017), no_faster_than(_fastest(1.0))), SINGLE),
     "double-rarefaction": Case((close_to_reference(0.16, 0.03), no_faster_than(8.0 + 1e-9)), SINGLE),
@@ -69,5 +73,16 @@ CASES: dict[str, Case] = {
     "froude-50": Case((close_to_reference(0.2, 0.08),), SINGLE),
     "stiff-drag": Case((close_to_reference(0.03, 0.012), slip_below(1e-9)), (*SLIPPING, "reduced")),
     "lost-hyperbolicity": Case((energy_not_above_start,), SLIPPING, steps=8.0),
+    "pile": Case((exactly_still,), SINGLE),
+    "toe": Case((exactly_still,), SINGLE),
+    "submerged-pile": Case((solid_still,), ("two-phase", "reduced")),
+    "block-stop": Case((stopped,), SINGLE),
+    "column-collapse": Case((stopped,), SINGLE),
+    "sliding-dam-break": Case((close_to_reference(0.06, 0.036),), ("two-phase", "reduced")),
+    "debris-slope": Case((), SINGLE, steps=8.0),
+    "pitman-le": Case((), SLIPPING),
+    "internal-jump": Case((), ("two-layer",)),
+    "internal-dam-break": Case((), ("two-layer",)),
+    "two-layer-step": Case((), ("two-layer",)),
     **{name: Case((), EVERY, steps=40.0) for name in ABSENT},
 }

@@ -118,6 +118,12 @@ def exactly_still(run: Run) -> Check:
     return Check("change of any value", float(np.abs(run.solution.q[-1] - run.solution.q[0]).max()), 0.0)
 
 
+def solid_still(run: Run) -> Check:
+    """The first phase does not move, m/s."""
+    seen = run.solution.observables()
+    return Check("velocity of the solid", float(np.abs(seen["vs" if "vs" in seen else "v"]).max()), 0.0)
+
+
 def stopped(run: Run) -> Check:
     """Every velocity is 0 at the end, exactly."""
     return Check("velocity after the stop", float(speeds(run).max()), 0.0)
