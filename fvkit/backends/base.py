@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from enum import IntEnum
-from math import isfinite
+from math import ceil, isfinite
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -11,6 +11,9 @@ from fvkit.backends.halo import Plan, plan
 from fvkit.model import aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
+
+#: Steps are made even over this many before an output time, so that the last one is no sliver.
+EVEN = 1000
 
 #: A step is retried at most this often; each retry shortens it to the Courant number aimed at.
 MAX_RETRIES = 30
@@ -185,6 +188,8 @@ class StepwiseKernel(Kernel):
         dt = march.dt
         last = dt >= (target - t) * (1.0 - 1e-12)
         dt = target - t if last else dt
+        if not last and target - t < EVEN * dt:
+            dt = (target - t) / ceil((target - t) / dt)
         for _ in range(MAX_RETRIES):
             if not last and t + dt == t:
                 return Outcome.NO_STEP

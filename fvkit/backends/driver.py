@@ -49,6 +49,8 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_
     while taken < max_steps and t < target:
         last = dt >= (target - t) * (1.0 - 1e-12)
         h = target - t if last else dt
+        if not last and target - t < EVEN * dt:
+            h = (target - t) / ceil((target - t) / dt)
         tries = 0
         accepted = False
         while tries < retries:

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends import cache, emit
-from fvkit.backends.base import MAX_RETRIES, Kernel, March, Outcome
+from fvkit.backends.base import EVEN, MAX_RETRIES, Kernel, March, Outcome
 from fvkit.backends.driver import DRIVER
 from fvkit.backends.emit import Block
 from fvkit.backends.generator import SPARE, TILE, generate
@@ -94,9 +94,9 @@ def _aligned(size: int) -> np.ndarray:
 
 def _text(own: str, halo: int) -> str:
     """The whole module: constants, the kernel's own functions, the time loop."""
-    constants = {"TILE": TILE, "EXTRA": 2 * halo, **{outcome.name: int(outcome) for outcome in Outcome}}
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, **{outcome.name: int(outcome) for outcome in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
-    return f"from math import inf\n\n{lines}\n\n\n{own}\n{DRIVER}"
+    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{DRIVER}"
 
 
 #: Modules of this process, by the name that their content gives them.

@@ -15,7 +15,7 @@ from fvkit.study.covering import covering
 AXES: dict[str, tuple[str, ...]] = {
     "model": ("two-phase", "reduced", "shallow", "burgers", "advection", "acoustics"), "riemann": ("relaxation", "roe", "hll", "rusanov"),
     "limiter": ("none", "minmod", "superbee", "mc", "van-leer", "third-order"), "order": ("1", "2"),
-    "boundary": ("outflow", "wall", "periodic", "inflow", "tide"), "source": ("none", "drag", "drag-godunov"),
+    "boundary": ("outflow", "wall", "periodic", "inflow", "tide"), "source": ("none", "drag", "drag-godunov", "coulomb"),
 }
 MODELS = {"two-phase": gr.TwoPhase(), "reduced": gr.Reduced(gamma=0.4), "shallow": gr.ShallowWater(g=9.0), "burgers": fv.Burgers(),
           "advection": fv.Advection(-1.5), "acoustics": fv.Acoustics(2.0, 3.0)}
@@ -25,7 +25,9 @@ LIMITERS = {"none": fv.NoLimiter(), "minmod": fv.Minmod(), "superbee": fv.Superb
 
 
 def possible(choice: dict[str, str]) -> bool:
-    drag = choice.get("source", "none") != "none"
+    drag = choice.get("source", "none").startswith("drag")
+    if choice.get("source") == "coulomb" and choice.get("model", "shallow") not in ("two-phase", "reduced", "shallow"):
+        return False
     relaxes = choice.get("model", "two-phase") in ("two-phase", "reduced", "shallow")
     if choice.get("riemann") == "relaxation" and not relaxes:
         return False
@@ -59,7 +61,7 @@ def build(choice: dict[str, str]) -> tuple[fv.Problem, fv.WavePropagation]:
     boundary = {"outflow": fv.Outflow(), "wall": fv.Wall() if choice["boundary"] == "wall" else None, "periodic": fv.Periodic(),
                 "inflow": (fv.Inflow(state), fv.Outflow()),
                 "tide": (fv.Outflow(), fv.Inflow(lambda t: state * (1.0 + 0.05 * np.sin(40 * t))))}[choice["boundary"]]
-    sources = () if choice["source"] == "none" else gr.ConstantDrag(5.0)
+    sources = {"none": (), "coulomb": gr.CoulombFriction(0.3)}.get(choice["source"], gr.ConstantDrag(5.0))
     problem = fv.Problem(model, fv.Grid(0.0, 1.0, 700), initial(model), 10.0, aux={"b": bottom} if model.aux else {},
                          boundary=boundary, sources=sources)
     splitting = fv.Godunov() if choice["source"] == "drag-godunov" else fv.Strang()

@@ -251,7 +251,8 @@ def without_drag():
 @pytest.mark.parametrize(("drag", "h1", "v1", "h2", "vs", "vf", "phi"), [
     (0.0, 2.37875, 1.18850, 2.45759, 1.60211, 0.58812, 0.54046), (1.0, 2.36133, 1.22394, 2.50333, 1.44580, 0.93386, 0.49892),
     (10.0, 2.35449, 1.23790, 2.56583, 1.27472, 1.20050, 0.43154), (100.0, 2.35430, 1.23829, 2.59424, 1.23859, 1.23846, 0.40009),
-    (1e3, 2.35426, 1.23836, 2.59428, 1.23847, 1.23847, 0.40000), (1e5, 2.354235, 1.238423, 2.594241, 1.238423, 1.238423, 0.4),
+    (1e3, 2.35426, 1.23836, 2.59428, 1.23847, 1.23847, 0.40000), (1e4, 2.354235, 1.238423, 2.594241, 1.238423, 1.238423, 0.4),
+    (1e5, 2.354235, 1.238423, 2.594241, 1.238423, 1.238423, 0.4),
     (1e12, 2.354235, 1.238423, 2.594241, 1.238423, 1.238423, 0.4)])
 def test_drag_carries_the_dam_break_to_the_reduced_limit_at_no_cost_in_time_steps(drag, h1, v1, h2, vs, vf, phi, without_drag):
     solution = dam_break(gr.ConstantDrag(drag), 1000)
@@ -260,14 +261,8 @@ def test_drag_carries_the_dam_break_to_the_reduced_limit_at_no_cost_in_time_step
     found += [np.interp(1.0, x, seen[name]) for name in ("h", "vs", "vf", "phi")]
     assert found == pytest.approx([h1, v1, h2, vs, vf, phi], rel=1e-2 if drag < 1e4 else 1e-3)
     assert solution.stats.steps == pytest.approx(without_drag.stats.steps, rel=0.05)
-    if drag > 1e4:
+    if drag >= 1e4:
         assert np.abs(seen["vs"] - seen["vf"]).max() < 1e-9
-
-
-def test_at_a_drag_of_1e4_a_whole_step_at_the_end_takes_all_slip():
-    """Half a step, as in Strang splitting, leaves 7e-7."""
-    seen = dam_break(gr.ConstantDrag(1e4), 1000, splitting=fv.Godunov()).observables()
-    assert np.abs(seen["vs"] - seen["vf"]).max() < 1e-9
 
 
 def test_the_least_drag_changes_next_to_nothing(without_drag):

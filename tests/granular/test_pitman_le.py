@@ -39,7 +39,7 @@ def matrix_of_the_equations(q, gamma):
 def test_its_name_and_the_solvers_that_serve_it():
     assert public_name(gr.PitmanLe()) == "pitman-le"
     assert {type(solver) for solver in SOLVERS} == {fv.HLL, fv.Rusanov, gr.Relaxation}
-    with pytest.raises(ValueError, match=r"Roe cannot serve PitmanLe.*HLL, Relaxation, Rusanov"):
+    with pytest.raises(ValueError, match=r"Roe cannot serve PitmanLe.*HLL.*Relaxation.*Rusanov"):
         fv.Roe().check(gr.PitmanLe())
 
 
