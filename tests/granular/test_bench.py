@@ -14,11 +14,11 @@ def test_every_model_solver_and_order_is_measured(tmp_path, monkeypatch):
     monkeypatch.setattr("fvkit_granular.bench.find_spec", lambda name: None)
     lines: list[str] = []
     result = bench((20, 40), (1, 2), ("numpy",), repeats=2, progress=lines.append)
-    assert len(result.rows) == 2 * 3 * 3 * 2
+    assert len(result.rows) == 2 * 3 * 4 * 2
     assert all(0.0 < row["ns_per_cell_step_min"] <= row["ns_per_cell_step"] for row in result.rows)
     assert any("measuring" in line for line in lines)
     folder = result.save(tmp_path / "out")
-    assert len(json.loads((folder / "bench.json").read_text())["rows"]) == 36
+    assert len(json.loads((folder / "bench.json").read_text())["rows"]) == 48
     assert (folder / "bench.png").read_bytes()[:4] == b"\x89PNG"
     assert "two-phase roe, order 2, numpy" in result.table()
 
