@@ -3,7 +3,7 @@
 import pytest
 
 from fvkit import HLL, Roe, Rusanov
-from fvkit_granular import Reduced, ShallowWater, TwoPhase
+from fvkit_granular import Reduced, Relaxation, ShallowWater, TwoPhase
 from fvkit_granular.bench import stepping
 
 STEPS = 100
@@ -11,7 +11,7 @@ STEPS = 100
 
 @pytest.mark.parametrize("backend", ["numba", "numpy"])
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("riemann", [Roe(), HLL(), Rusanov()], ids=["roe", "hll", "rusanov"])
+@pytest.mark.parametrize("riemann", [Relaxation(), Roe(), HLL(), Rusanov()], ids=["relaxation", "roe", "hll", "rusanov"])
 @pytest.mark.parametrize("model", [TwoPhase(), Reduced(), ShallowWater()], ids=["two-phase", "reduced", "shallow-water"])
 def test_step(benchmark, model, riemann, order, backend):
     if backend == "numba":
