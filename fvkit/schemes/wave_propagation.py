@@ -61,6 +61,10 @@ class WavePropagation(Scheme):
 
     Notes
     -----
+    Where the model has masses, none turns negative: a face carries no more than a cell can give, and where neighbours
+    differ much, or a phase is all but absent, solvers that are not positive themselves fall back to the model's
+    ``relaxation``, face by face. Corrections fade at such faces: the scheme is first order at shores.
+
     Internal shocks of a nonconservative system converge to a solution that depends on the scheme's own viscosity: a
     few percent in their speed, at any number of cells.
 
