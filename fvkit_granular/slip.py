@@ -25,6 +25,11 @@ def share(part, whole):
     return part / where(whole > 0.0, whole, 1.0)
 
 
+def reciprocal(depth):
+    """Return 1/depth, m^-1, for depths >= 0 down to 1e-300 m, and 1e300 below."""
+    return 1.0 / maximum(depth, 1e-300)
+
+
 def drag_rate(hs, hf, gamma):
     """Return K = rho/(phi (1 - phi)), dimensionless: the slip decays at the rate D K, 1/s, for D in 1/s.
 
@@ -33,7 +38,8 @@ def drag_rate(hs, hf, gamma):
     hs, hf : depths of solid and fluid, m, >= 0. K stays below 1e150: where a phase is absent no slip is left to decay.
     gamma : density ratio in (0, 1).
     """
-    solid, fluid = share(hs, hs + hf), share(hf, hs + hf)
+    whole = reciprocal(hs + hf)
+    solid, fluid = hs * whole, hf * whole
     return (solid + gamma * fluid) / maximum(solid * fluid, FLOOR)
 
 
@@ -74,8 +80,8 @@ def slip_momentum(hs, ms, hf, mf, gamma):
     hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid.
     gamma : density ratio in (0, 1).
     """
-    mass = hs + gamma * hf
-    return mf * share(hs, mass) - ms * share(hf, mass)
+    mass = reciprocal(hs + gamma * hf)
+    return mf * (hs * mass) - ms * (hf * mass)
 
 
 def velocities_from_slip(hs, hf, vs, vf, w, gamma):

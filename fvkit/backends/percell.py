@@ -9,6 +9,10 @@ _CHEAP = frozenset(("load", "uniform", "+", "-", "*", "abs", "neg", "where", "ma
                     "isfinite", "isnan", "<", "<=", ">", ">=", "==", "!=", "&", "|", "not"))
 
 
+#: What a node is that looks at several places, or at fields that stages write.
+_NO_CELL = (-1, None, False)
+
+
 class PerCell:
     """Recognises equal computations at different places of a loop.
 
@@ -27,21 +31,35 @@ class PerCell:
         self._profiles: dict[int, tuple[int, int | None, bool]] = {}
 
     def profile(self, node: Expr) -> tuple[int, int | None, bool]:
-        """Return the function that a node is, the place that it reads, and whether it reads none or that one alone."""
-        for inner in needed([node], lambda item: item.index in self._profiles):
-            if inner.index not in self._profiles:
-                self._profiles[inner.index] = self._profile(inner)
-        return self._profiles[node.index]
+        """Return the function that a node is, the place that it reads, and whether it reads none or that one alone.
+
+        What the node is computed from must have been asked before.
+        """
+        known = self._profiles.get(node.index)
+        if known is None:
+            known = self._profiles[node.index] = self._profile(node)
+        return known
 
     def _profile(self, node: Expr) -> tuple[int, int | None, bool]:
         if node.operation == "load":
-            row, place = self.loads.get(node.index, (None, None))
-            return self._function(("load", row if row is not None else node.index)), place, row is not None
-        parts = [self._profiles[item.index] for item in node.arguments if isinstance(item, Expr)]
-        places = {place for _, place, _ in parts if place is not None}
-        text = (self.profile(item)[0] if isinstance(item, Expr) else repr(item) for item in node.arguments)
-        name = ("uniform", node.index) if node.operation == "uniform" else (node.operation, *text)
-        return (self._function(name), next(iter(places), None), len(places) <= 1 and all(own for _, _, own in parts))
+            if node.index not in self.loads:
+                return _NO_CELL
+            row, place = self.loads[node.index]
+            return self._function(("load", row)), place, True
+        if node.uniform:
+            return self._function(("uniform", node.index)), None, True
+        here: int | None = None
+        name: list[Any] = [node.operation]
+        for item in node.arguments:
+            if not isinstance(item, Expr):
+                name.append(repr(item))
+                continue
+            function, place, own = self.profile(item)
+            if not own or (place is not None and here is not None and place != here):
+                return _NO_CELL
+            here = place if place is not None else here
+            name.append(function)
+        return self._function(tuple(name)), here, True
 
     def _function(self, key: tuple[Any, ...]) -> int:
         return self._functions.setdefault(key, len(self._functions))
@@ -53,10 +71,9 @@ class PerCell:
         """
         found: dict[int, dict[int, Expr]] = {}
         for node in needed(outputs, leaf):
-            if node.operation not in _CHEAP and not node.uniform:
-                function, place, own = self.profile(node)
-                if own and place is not None and (new or function in self.rows):
-                    found.setdefault(function, {})[place] = node
+            function, place, own = self.profile(node)
+            if own and place is not None and node.operation not in _CHEAP and (new or function in self.rows):
+                found.setdefault(function, {})[place] = node
         return {node.index: (function, place) for function, nodes in found.items()
                 if len(nodes) > 1 or function in self.rows for place, node in nodes.items()}
 

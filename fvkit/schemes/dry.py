@@ -16,6 +16,7 @@ import numpy as np
 
 from fvkit.pointwise import TINY, combine, largest_share, maximum, minimum, scale, subtract, where
 from fvkit.schemes.fluctuations import anchored, left_going, right_going
+from fvkit.schemes.static import jumps, sliding
 
 #: Half of a cell's mass, less what rounding may add to it.
 HALF = 0.5 * (1.0 - 1e-14)
@@ -74,8 +75,12 @@ def inside(parts, ratio, ql, qr, fluxes):
 # ---------------------------------------------------------------------- the window
 
 def mass_fluxes(parts, ratio, left, correction=None):
-    """Return the flux of each mass through a face."""
-    return (tuple([left[row] if correction is None else left[row] + correction[row] for row in parts.model.mass_rows()]),)
+    """Return the flux of each mass through a face, and the correction without the rows that have gone into it."""
+    rows = parts.model.mass_rows()
+    if correction is None:
+        return (tuple([left[row] for row in rows]),)
+    rest = tuple([0.0 if k in rows else item for k, item in enumerate(correction)])
+    return tuple([left[row] + correction[row] for row in rows]), rest
 
 
 def may_overdraw(parts, ratio, ql, qr, left, carried, correction=None, cross=None):
@@ -91,26 +96,28 @@ def hold_within(parts, ratio, ql, qr, left, carried, correction=None, cross=None
     """
     terms = [list(term) for term in (correction, cross) if term is not None]
     held = []
+    total = dict(zip(parts.model.mass_rows(), carried, strict=True))
     for masses, momentum in parts.model.phases:
         factor, bounds = 1.0, [window(parts, ratio, ql, qr, row) for row in masses]
         if correction is not None:
             for row, (low, high) in zip(masses, bounds, strict=True):
                 first = ratio * left[row]
-                factor = minimum(factor, largest_share(ratio * correction[row], first - low, high - first))
+                factor = minimum(factor, largest_share(ratio * total[row] - first, first - low, high - first))
             fading = minimum(1.0, evenness(ql[masses[-1]], qr[masses[-1]], SHORE))
             factor = factor * fading
             terms[0][momentum] = factor * correction[momentum]
             for term in terms[1:]:
                 term[momentum] = fading * term[momentum]
         for row, (low, high) in zip(masses, bounds, strict=True):
-            flux = left[row] if correction is None else left[row] + factor * correction[row]
+            reduced = left[row] if correction is None else left[row] + factor * (total[row] - left[row])
+            flux = total[row] if correction is None else where(factor < 1.0, reduced, total[row])
             held.append(where(ratio * flux > high, high / ratio, where(ratio * flux < low, low / ratio, flux)))
     return (tuple(held), *(tuple(term) for term in terms))
 
 
 # ---------------------------------------------------------------------- the fallback
 
-def distrusted(parts, ratio, ql, qr, auxl, auxr, jump, left, *others):
+def distrusted(parts, ratio, ql, qr, auxl, auxr, left, *others):
     """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
     found = ~inside(parts, ratio, ql, qr, left)
     for smaller, larger in contrasts(parts, ql, qr, auxl, auxr):
@@ -139,11 +146,12 @@ def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     return maximum(share, 0.0)
 
 
-def fall_back(parts, ratio, ql, qr, auxl, auxr, jump, left, right, fastest, speeds=None, waves=None):
+def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=None, waves=None):
     """Blend a face's fluctuations, and at second order its waves and speeds, towards those of the relaxation solver.
 
     The waves fade instead: next to dry ground the scheme is first order.
     """
+    jump = sliding(*jumps(parts, ql, qr, auxl, auxr))
     pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, jump)
     relaxed = anchored(parts, ql, left_going(pieces, their_speeds))
     share = trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed)

@@ -3,6 +3,15 @@
 from fvkit.pointwise import where
 
 
+def jumps(parts, ql, qr, auxl, auxr):
+    """Return the jump of a face, and what static forces leave of it; the same object where there are none."""
+    whole = net = parts.model.jump(ql, qr, auxl, auxr)
+    for source in parts.sources:
+        if source.defines("limit_jump"):
+            net = source.limit_jump(parts.model, ql, qr, auxl, auxr, net, parts.dx)
+    return whole, net
+
+
 def without_held(model, whole, jump, waves):
     """Return the waves without the rows of a phase that static forces hold at this face: neither viscosity nor the waves
     of another phase then move it."""
@@ -24,4 +33,6 @@ def sliding(whole, jump):
     The sources take it from what moves, and would take it twice. So the waves, and with them the masses, feel the net push,
     and the rest is given back as a standing wave, half to each cell.
     """
+    if jump is whole:
+        return whole
     return tuple([left if left is every else where(left == 0.0, 0.0, every) for left, every in zip(jump, whole, strict=True)])

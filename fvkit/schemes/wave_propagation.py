@@ -13,7 +13,7 @@ from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.schemes.dry import distrusted, fall_back, hold_within, mass_fluxes, may_overdraw
 from fvkit.schemes.fluctuations import anchored, half_signs, right_going
-from fvkit.schemes.static import sliding, without_held
+from fvkit.schemes.static import jumps, sliding, without_held
 from fvkit.sources import Source, Splitting, Strang
 
 _STATES = (Read("q", -1, 0),)
@@ -104,13 +104,13 @@ class WavePropagation(Scheme):
         if model.defines("relaxation") and not riemann.positive:
             first = (*_BOTH, "fastest")
             every = (*first, "speeds", "waves") if self.order == 2 else (*first, "speeds") if fixes else first
-            result.append(Stage(fall_back, (*_FACE, *_here("jump", *every)), every if self.order == 2 else first,
+            result.append(Stage(fall_back, (*_FACE, *_here(*every)), every if self.order == 2 else first,
                                 guard=distrusted_or_fixed if fixes else distrusted))
         terms = self._corrections(parts)
         result += self._second_order(parts) if terms else []
         if model.phases:
             held = ("carried", *terms)
-            result += [Stage(mass_fluxes, _here("left_going", *terms[:1]), ("carried",)),
+            result += [Stage(mass_fluxes, _here("left_going", *terms[:1]), ("carried", *terms[:1])),
                        Stage(hold_within, (*_STATES, *_here("left_going", *held)), held, guard=may_overdraw)]
             terms = (*terms, "carried")
         return (*result, Stage(to_left, _here("left_going", *terms), ("to_left",), light=True),
@@ -140,18 +140,15 @@ class WavePropagation(Scheme):
 
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves; see `sliding`."""
-    whole = jump = parts.model.jump(ql, qr, auxl, auxr)
-    for source in parts.sources:
-        if source.defines("limit_jump"):
-            jump = source.limit_jump(parts.model, ql, qr, auxl, auxr, jump, parts.dx)
-    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
-    if jump is not whole:
-        waves, jump = without_held(parts.model, whole, jump, waves), sliding(whole, jump)
+    """Resolve the jump of a face, less what static forces hold back, into waves; see `fvkit.schemes.static`."""
+    whole, net = jumps(parts, ql, qr, auxl, auxr)
+    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
+    if net is not whole:
+        waves = without_held(parts.model, whole, net, waves)
     fastest = np.abs(speeds[0])
     for speed in speeds[1:]:
         fastest = maximum(fastest, np.abs(speed))
-    return jump, waves, speeds, fastest
+    return sliding(whole, net), waves, speeds, fastest
 
 
 def upwinding(parts, ratio, speeds):
@@ -176,9 +173,9 @@ def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
     return maximum((lowr - lowl) - np.abs(speeds[0]), (highr - highl) - np.abs(speeds[-1])) > 0.0
 
 
-def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, jump, left, right, fastest, speeds, waves=None):
+def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds, waves=None):
     """Whether a face needs the fallback, perhaps after the entropy fix."""
-    return (distrusted(parts, ratio, ql, qr, auxl, auxr, jump, left)
+    return (distrusted(parts, ratio, ql, qr, auxl, auxr, left)
             | transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right))
 
 
