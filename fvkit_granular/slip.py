@@ -30,6 +30,21 @@ def reciprocal(depth):
     return 1.0 / maximum(depth, 1e-300)
 
 
+def exchange(hs, hf, gamma):
+    """Return K of `drag_rate`, and hs and hf over hs + gamma hf, with two divisions; 0 where both are absent.
+
+    Parameters
+    ----------
+    hs, hf : depths of solid and fluid, m, >= 0.
+    gamma : density ratio in (0, 1).
+    """
+    whole = reciprocal(hs + hf)
+    solid, fluid = hs * whole, hf * whole
+    rho, product = maximum(solid + gamma * fluid, FLOOR), maximum(solid * fluid, FLOOR)
+    both = 1.0 / (rho * product)
+    return rho * rho * both, solid * (product * both), fluid * (product * both)
+
+
 def drag_rate(hs, hf, gamma):
     """Return K = rho/(phi (1 - phi)), dimensionless: the slip decays at the rate D K, 1/s, for D in 1/s.
 
@@ -38,9 +53,7 @@ def drag_rate(hs, hf, gamma):
     hs, hf : depths of solid and fluid, m, >= 0. K stays below 1e150: where a phase is absent no slip is left to decay.
     gamma : density ratio in (0, 1).
     """
-    whole = reciprocal(hs + hf)
-    solid, fluid = hs * whole, hf * whole
-    return (solid + gamma * fluid) / maximum(solid * fluid, FLOOR)
+    return exchange(hs, hf, gamma)[0]
 
 
 def decayed_slip(w, t, k0, k1, m):
@@ -80,8 +93,8 @@ def slip_momentum(hs, ms, hf, mf, gamma):
     hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid.
     gamma : density ratio in (0, 1).
     """
-    mass = reciprocal(hs + gamma * hf)
-    return mf * (hs * mass) - ms * (hf * mass)
+    _, solid, fluid = exchange(hs, hf, gamma)
+    return mf * solid - ms * fluid
 
 
 def velocities_from_slip(hs, hf, vs, vf, w, gamma):

@@ -182,25 +182,31 @@ class Generator:
         return [pair for name, value in values.items() for pair in pairs(self.fields[name], value)]
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
-             always: bool = False) -> None:
+             always: bool = False, rows: dict[int, str] | None = None) -> None:
         """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value.
 
-        ``always`` says that the loop runs in every tile: what it needs per cell is then worth a loop of its own.
+        ``always`` says that the loop runs in every tile: what it needs per cell is then worth a loop of its own. ``rows``
+        tells where nodes stand that an earlier loop has stored.
         """
         self.emit(f"for j in range({count}):", depth)
-        names = self.assign([value for _, value in (*extra, *writes)], depth + 1, always=always)
+        names = self.assign([value for _, value in (*extra, *writes)], depth + 1, always=always, rows=rows or {})
         for (line, _), name in zip(extra, names, strict=False):
             self.emit(line.format(name), depth + 1)
         for (row, _), name in zip(writes, names[len(extra):], strict=True):
             self.emit(f"{row.at(low)} = {name}", depth + 1)
 
-    def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False) -> list[str]:
+    def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False,
+               rows: dict[int, str] | None = None) -> list[str]:
         """Emit the call of a block that computes the values; return the name or number that stands for each.
 
         ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
         """
+        stored = rows or {}
+
         def plain(node: Expr) -> bool:
-            return node.operation in ("load", "uniform") or (node.uniform and not fixed and not is_condition(node))
+            if node.operation in ("load", "uniform") or node.index in stored:
+                return True
+            return node.uniform and not fixed and not is_condition(node)
 
         outputs = list({value.index: value for value in values if isinstance(value, Expr)}.values())
         if not outputs:
@@ -213,7 +219,8 @@ class Generator:
         self.blocks.append(made)
         names = {value.index: f"v{len(self.blocks)}_{value.index}" for value in outputs}
         left = "".join(f"{name}, " for name in names.values())
-        self.emit(f"({left}) = {made.name}({', '.join(self.argument(item) for item in made.inputs)})", depth)
+        inputs = (stored.get(item.index) or self.argument(item) for item in made.inputs)
+        self.emit(f"({left}) = {made.name}({', '.join(inputs)})", depth)
         return [names[value.index] if isinstance(value, Expr) else "" if value is None else repr(value) for value in values]
 
     def keep_per_cell(self, node: Expr, function: int, place: int) -> None:
@@ -320,11 +327,13 @@ class Generator:
         count, own = f"nt + {high - low}", self.run(stages, low)
         extra: list[tuple[str, Any]] = []
         changed: dict[str, Any] = {}
+        behind: list[dict[str, Any]] = []
         for k, stage in enumerate(guarded):
             inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
             extra.append((f"hit{k} = hit{k} | {{}}", stage.guard(self.parts, self.ratio, *inputs)))  # type: ignore[misc]
-            changed |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True))
+            behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
+            changed |= behind[-1]
             later = later | {read.field for read in self.reads(stage)}
         largest = self.graph.node("load", "smx[j]")
         if "fastest" in own and "fastest" not in changed:
@@ -333,10 +342,12 @@ class Generator:
             self.emit("doubt = 0")
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
-        self.loop(count, self.store(kept, low, changed), low, extra, always=True)
-        for k, stage in enumerate(guarded):
+        writes = self.store(kept, low, changed)
+        self.loop(count, writes, low, extra, always=True)
+        rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
+        for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
-            self.loop(count, self.restore(self.run([stage], low)), low, [], depth=2)
+            self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
         if "fastest" in changed:
             self.loop(count, [], low, [("smx[j] = {}", self.graph.node("maximum", self.value("fastest", low, {}, low), largest))])
 

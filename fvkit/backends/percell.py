@@ -10,7 +10,7 @@ _CHEAP = frozenset(("load", "uniform", "+", "-", "*", "abs", "neg", "where", "ma
 
 
 #: What a node is that looks at several places, or at fields that stages write.
-_NO_CELL = (-1, None, False)
+_NO_CELL: tuple[int, int | None, bool] = (-1, None, False)
 
 
 class PerCell:
@@ -44,8 +44,8 @@ class PerCell:
         if node.operation == "load":
             if node.index not in self.loads:
                 return _NO_CELL
-            row, place = self.loads[node.index]
-            return self._function(("load", row)), place, True
+            row, at = self.loads[node.index]
+            return self._function(("load", row)), at, True
         if node.uniform:
             return self._function(("uniform", node.index)), None, True
         here: int | None = None
