@@ -313,10 +313,11 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:
         state = np.asarray(q, dtype=float).reshape(shape)
-        result = kernel.rate(kernel.padded(state), t)
-        for source in problem.sources:
-            for row, component in zip(result, source.rate(model, tuple(state), aux), strict=True):
-                row += component
+        with np.errstate(all="ignore"):
+            result = kernel.rate(kernel.padded(state), t)
+            for source in problem.sources:
+                for row, component in zip(result, source.rate(model, tuple(state), aux), strict=True):
+                    row += component
         return result.reshape(np.shape(q))
 
     return rate

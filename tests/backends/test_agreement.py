@@ -88,7 +88,7 @@ def test_compiled_equals_numpy_after_200_steps(choice):
 
 
 def test_the_cases_cover_every_possible_pair_and_stay_few():
-    assert len(CASES) <= 48
+    assert len(CASES) <= 45
     seen = set().union(*(set(combinations(choice.items(), 2)) for choice in CASES))
     for (one, first), (two, second) in combinations([(axis, value) for axis in AXES for value in AXES[axis]], 2):
         if one != two and possible({one: first, two: second}):

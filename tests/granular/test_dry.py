@@ -198,3 +198,12 @@ def test_dry_is_a_field_that_follows_the_scene_or_the_user():
     assert gr.TwoPhase(dry=None).dry is None
     with pytest.raises(ValueError, match=r"`dry` must be .* >= 1e-30"):
         gr.ShallowWater(dry=-1.0)
+
+
+@pytest.mark.parametrize("riemann", SOLVERS, ids=name_of)
+def test_the_semi_discrete_form_is_finite_and_silent_on_dry_ground(riemann):
+    problem = gr.scene("dry-dam-break").problem(gr.TwoPhase, 40)
+    rate = fv.rhs(problem, fv.WavePropagation(riemann))(0.0, problem.q0)
+    assert np.isfinite(rate).all()
+    assert rate[0].max() > 0.0, "the first dry cell fills"
+    assert abs(rate[0].sum()) < 1e-12
