@@ -7,7 +7,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_complet
 from itertools import product
 from typing import Any
 
-from fvkit import Stepper, WavePropagation, solve
+from fvkit import SolveError, Stepper, WavePropagation, solve
 from fvkit.backends.numba_kernel import available
 from fvkit.study.covering import covering
 from fvkit.study.report import environment
@@ -75,10 +75,13 @@ def in_processes(work: Callable[..., dict[str, Any]], wanted: Sequence[dict[str,
     pool: Executor
     with ProcessPoolExecutor(min(count, max(len(wanted), 1))) as pool:
         pending: list[Future[dict[str, Any]]] = [pool.submit(work, **item) for item in wanted]
-        for done, future in enumerate(as_completed(pending), start=1):
-            row = future.result()
-            tell(f"{done}/{len(wanted)} {row.get('verdict', '')} " + " ".join(str(row[key]) for key in AXES if key in row))
-            yield row
+        try:
+            for done, future in enumerate(as_completed(pending), start=1):
+                row = future.result()
+                tell(f"{done}/{len(wanted)} {row.get('verdict', '')} " + " ".join(str(row[key]) for key in AXES if key in row))
+                yield row
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def run_case(scene: str, model: str, riemann: str, order: int, backend: str) -> dict[str, Any]:
@@ -99,7 +102,11 @@ def make_run(choice: dict[str, Any]) -> Run:
     problem = chosen.problem(MODELS[choice["model"]], case.cells)
     scheme = WavePropagation(SOLVERS[choice["riemann"]](), order=choice["order"])
     stepper = Stepper(problem, scheme, choice["backend"], nonhyperbolic="ignore")
-    nominal = (problem.t_end - problem.t_start) / max(stepper.step(), 1e-300)
+    try:
+        first = stepper.step()
+    except SolveError:
+        first = problem.t_end - problem.t_start  # `solve` below fails alike, and says how
+    nominal = (problem.t_end - problem.t_start) / first
     solution = solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
                      max_steps=int(GIVE_UP * nominal) + 100)
     return Run(chosen, problem, choice["order"], solution, nominal)

@@ -95,3 +95,15 @@ def test_the_command_says_what_it_wrote_and_exits_1_on_failure(tmp_path, capsys,
     assert "BETTER" in capsys.readouterr().out
     assert main(["stress", "--scenes", "tinydepth"]) == 2
     assert "did you mean tiny-depth" in capsys.readouterr().err
+
+
+def test_a_run_that_fails_at_once_is_a_row(monkeypatch):
+    import attrs
+
+    from tests.cases import Fading
+
+    broken = attrs.evolve(suite.scene("tiny-depth"), sources=Fading())
+    monkeypatch.setattr(suite, "scene", lambda name: broken)
+    row = suite.run_case("tiny-depth", "shallow-water", "relaxation", 1, "numpy")
+    assert row["verdict"] == "FAIL"
+    assert row["status"] == "non_finite"
