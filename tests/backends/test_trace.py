@@ -17,7 +17,7 @@ from fvkit.backends.trace import Expr, Graph, Untraceable, needed
 values = st.floats(-20.0, 20.0).map(lambda x: 0.0 if abs(x) < 1e-100 else x)
 OPERATIONS = {
     "+": lambda x, y: x + y, "-": lambda x, y: x - y, "*": lambda x, y: x * y, "neg": lambda x, y: -x + 0.0 * y, "abs": lambda x, y: abs(x),
-    "squares": lambda x, y: x**2 + y**3 - x**4, "where": lambda x, y: np.where(x < y, x, 2.0 * y), "max": lambda x, y: np.maximum(x, y),
+    "squares": lambda x, y: x**2 + x**4, "cube": lambda x, y: y**3 + 0.0 * x, "where": lambda x, y: np.where(x < y, x, 2.0 * y), "max": lambda x, y: np.maximum(x, y),
     "min": lambda x, y: np.minimum(x, np.minimum(y, 1.0)), "sign": lambda x, y: np.sign(x) - np.sign(y),
     "sqrt": lambda x, y: np.sqrt(x * x + 1.0) + (y * y) ** 0.5, "logic": lambda x, y: np.where(((x > 0) & (y > 0)) | ~(x != 1.0), 1.0, x),
     "exp": lambda x, y: np.exp(x) + np.expm1(y), "log": lambda x, y: np.log(x * x + 1.0) - np.log1p(y * y),
