@@ -12,13 +12,15 @@ True
 from fvkit.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
 from fvkit.contract import PointwiseError
 from fvkit.grid import Grid
+from fvkit.integrators import ARK4, DP5, SSPRK3, SSPRK104, Integrator
 from fvkit.limiters import MC, Limiter, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
 from fvkit.model import Model
 from fvkit.models import Acoustics, Advection, Burgers
 from fvkit.pointwise import maximum, minimum, where
 from fvkit.problem import Problem
+from fvkit.reconstruction import MP5, MUSCL, WENO5, Reconstruction
 from fvkit.riemann import HLL, RiemannSolver, Roe, Rusanov
-from fvkit.schemes import Scheme, WavePropagation
+from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import Stepper, rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
@@ -26,8 +28,54 @@ from fvkit.sources import Godunov, Source, Splitting, Strang
 __version__ = "0.1.0"
 
 __all__ = [
-    "HLL", "MC", "Acoustics", "Advection", "BoundaryCondition", "Burgers", "Godunov", "Grid", "Inflow", "Interrupted", "Limiter",
-    "Minmod", "Model", "NoLimiter", "Outflow", "Periodic", "PointwiseError", "Problem", "RiemannSolver", "Roe",
-    "Rusanov", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status", "Stepper", "Strang",
-    "Superbee", "ThirdOrder", "VanLeer", "Wall", "WavePropagation", "maximum", "minimum", "rhs", "solve", "where",
+    "ARK4",
+    "DP5",
+    "HLL",
+    "MC",
+    "MP5",
+    "MUSCL",
+    "SSPRK3",
+    "SSPRK104",
+    "WENO5",
+    "Acoustics",
+    "Advection",
+    "BoundaryCondition",
+    "Burgers",
+    "Godunov",
+    "Grid",
+    "Inflow",
+    "Integrator",
+    "Interrupted",
+    "Limiter",
+    "MethodOfLines",
+    "Minmod",
+    "Model",
+    "NoLimiter",
+    "Outflow",
+    "Periodic",
+    "PointwiseError",
+    "Problem",
+    "Reconstruction",
+    "RiemannSolver",
+    "Roe",
+    "Rusanov",
+    "Scheme",
+    "Solution",
+    "SolveError",
+    "Source",
+    "Splitting",
+    "Stats",
+    "Status",
+    "Stepper",
+    "Strang",
+    "Superbee",
+    "ThirdOrder",
+    "VanLeer",
+    "Wall",
+    "WavePropagation",
+    "maximum",
+    "minimum",
+    "rhs",
+    "solve",
+    "where",
 ]

@@ -55,6 +55,35 @@ class Model(Part, ABC):
         return subtract(qr, ql)
 
     @default
+    def lift(self, here, aux):
+        """Return what to add to q over ``aux`` so that rest is constant; linear in aux, frozen at the state ``here``.
+
+        High-order reconstructions see q + lift. Zero by default, and asked only where defined.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `lift`: q itself is reconstructed")
+
+    @default
+    def to_modes(self, here, w):
+        """Return the amplitudes of w in a basis that is always real, frozen at ``here``: high order limits these.
+
+        w itself by default.
+        """
+        return w
+
+    @default
+    def from_modes(self, here, amplitudes):
+        """Return w from its amplitudes, the inverse of ``to_modes``."""
+        return amplitudes
+
+    @default
+    def cell_integral(self, ql, qr, q, aux):
+        """Return the integral of f_x + B q_x - source over a cell with face states ql, qr and polynomials q and aux.
+
+        Asked only where defined: else it is the flux difference or, where ``jump`` is defined, built from jumps.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `cell_integral`: the scheme builds it from the others")
+
+    @default
     def decompose(self, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of the Roe linearisation: ``jump`` as a sum of its eigenvectors. No default."""
         raise NotImplementedError(f"{type(self).__name__} defines no `decompose`")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from fvkit import _validate, contract
-from fvkit.backends import BACKENDS, CHUNK, Kernel, March, NumpyKernel, Outcome, make_kernel
+from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, make_kernel, numpy_kernel
 from fvkit.problem import Problem
 from fvkit.progress import reporter
 from fvkit.schemes import Parts, Scheme, WavePropagation
@@ -198,9 +198,12 @@ def check_parts(problem: Problem, parts: Parts) -> None:
     face = (model, q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux), q)
     contract.read(type(parts.riemann), ("solve",), kind)
     waves = contract.rehearse_waves(parts.riemann, "solve", face, len(q), count)
-    if len(parts.limiters) not in (1, waves):
+    if parts.limiters and len(parts.limiters) not in (1, waves):
         raise ValueError(f"`limiter` must be one limiter or one per wave family: {type(parts.riemann).__name__} with "
                          f"{kind.__name__} has {waves}, got {len(parts.limiters)}")
+    if parts.reconstruction is not None:
+        contract.read(type(parts.reconstruction), ("right",))
+        contract.rehearse_value(parts.reconstruction, "right", tuple(np.linspace(1.0, 2.0 + k % 3, count) for k in range(5)), count)
     for limiter in parts.limiters:
         contract.read(type(limiter), ("phi",))
         contract.rehearse_value(limiter, "phi", (np.linspace(-1.0, 3.0, count), np.full(count, 0.5)), count)
@@ -308,7 +311,7 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
         (t, q) -> dq/dt, q of shape (num_eqn, num_cells) or flat; the result has the shape of q.
     """
     chosen, parts = assemble(problem, scheme)
-    kernel, model, shape = NumpyKernel(problem, chosen, parts), problem.model, problem.q0.shape
+    kernel, model, shape = numpy_kernel(problem, chosen, parts), problem.model, problem.q0.shape
     aux = tuple(problem.aux_averages[name] for name in model.aux)
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:

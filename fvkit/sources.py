@@ -43,6 +43,11 @@ class Source(Part, ABC):
         """Return the jump that is left of a face between cells of length dx. Asked only where defined."""
         raise NotImplementedError(f"{type(self).__name__} defines no `limit_jump`: the jump stays as it is")
 
+    @default
+    def implicit_rate(self, model, q, aux, a):
+        """Return S(y) at the state y = q + a S(y), a >= 0 a time: what an implicit stage needs. Asked only where defined."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `implicit_rate`: only splitting serves it")
+
     @abstractmethod
     def rate(self, model, q, aux):
         """Return dq/dt due to this source."""
@@ -53,7 +58,7 @@ class Splitting(ABC):
     """Abstract splitting of a step of length dt into source and transport. Contract:
 
     1. ``before`` and ``after`` are the shares of dt for which the sources act before and after the transport;
-       they add up to 1, and a share of 0 costs nothing.
+       they add up to 1 (0 where an integrator takes the sources itself), and a share of 0 costs nothing.
     2. Sources act in the given order before the transport and in reverse order after it.
     """
 
@@ -67,6 +72,14 @@ class Godunov(Splitting):
 
     before: ClassVar[float] = 0.0
     after: ClassVar[float] = 1.0
+
+
+@attrs.frozen
+class Unsplit(Splitting):
+    """No splitting: the integrator takes the sources into its stages."""
+
+    before: ClassVar[float] = 0.0
+    after: ClassVar[float] = 0.0
 
 
 @attrs.frozen

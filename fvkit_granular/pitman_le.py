@@ -8,7 +8,7 @@ from fvkit_granular.bed import TINY
 from fvkit_granular.pressure_coupled import ROUNDING
 from fvkit_granular.spectrum import couplings, discriminant
 from fvkit_granular.two_masses import TwoMasses, layer_sound, moving, pressure_cross, pressure_rows, primitive
-from fvkit_granular.two_phase import mixture_difference, mixture_flux, mixture_push
+from fvkit_granular.two_phase import mixture_difference, mixture_flux, mixture_lift, mixture_push
 
 
 @attrs.frozen
@@ -71,6 +71,9 @@ class PitmanLe(TwoMasses):
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         return mixture_difference(ql, qr, auxl, auxr)
+
+    def lift(self, here, aux):
+        return mixture_lift(here, aux)
 
     def at_state(self, state, v):
         hs, _, hf, vf = state

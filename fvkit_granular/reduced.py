@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit import Model, RiemannSolver, maximum, where
 from fvkit._validate import number, optional_number
+from fvkit.polynomial import exchange, product_slope, total
 from fvkit_granular.bed import IMMOBILE, LEAST_DRY, TINY, bed_step, present, settled, threshold, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -126,6 +127,30 @@ class Reduced(Model):
     def cross(self, ql, qr, auxl, auxr):
         push = self.g * (qr[2] - ql[2]) * (auxr[0] - auxl[0])
         return 0.0 * push, 0.0 * push, push
+
+    def lift(self, here, aux):
+        h, mass, _ = here
+        return aux[0], share(mass, h) * aux[0], 0.0
+
+    def to_modes(self, here, w):
+        h, mass, v = self.layer(here)
+        volume = share(h, mass)
+        sound, moving = 0.5 * np.sqrt(self.g * h) * (w[1] + share(mass, h) * w[0]), w[2] - v * w[1]
+        return sound - moving, w[0] - volume * w[1], sound + moving
+
+    def from_modes(self, here, amplitudes):
+        h, mass, v = self.layer(here)
+        first, contact, third = amplitudes
+        both = 0.5 * (first + third) / (np.sqrt(self.g * h) + TINY)
+        density = both - 0.5 * share(mass, h) * contact
+        return contact + share(h, mass) * density, density, 0.5 * (third - first) + v * density
+
+    def cell_integral(self, ql, qr, q, aux):
+        (_, massl, vl), (_, massr, vr) = self.layer(ql), self.layer(qr)
+        h, mass, _ = q
+        push = product_slope(mass, total(h, aux[0])) + 0.5 * exchange(h, mass)
+        return (share(qr[2], qr[1]) * qr[0] - share(ql[2], ql[1]) * ql[0], qr[2] - ql[2],
+                massr * vr * vr - massl * vl * vl + self.g * push)
 
     def resolved(self, q0: np.ndarray) -> "Reduced":
         return resolved(self, q0)

@@ -8,7 +8,8 @@ import numpy as np
 
 from fvkit import Model, RiemannSolver, where
 from fvkit._validate import number, optional_number
-from fvkit_granular.bed import LEAST_DRY, bed_step, mean_velocity, present, settled, upper, velocity
+from fvkit.polynomial import product_slope, total
+from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio
@@ -99,6 +100,23 @@ class ShallowWater(Model):
     def cross(self, ql, qr, auxl, auxr):
         push = self.g * (qr[1] - ql[1]) * (auxr[0] - auxl[0])
         return 0.0 * push, push
+
+    def lift(self, here, aux):
+        return aux[0], 0.0
+
+    def to_modes(self, here, w):
+        h, v = self.layer(here)
+        sound, moving = np.sqrt(self.g * h) * w[0], w[1] - v * w[0]
+        return sound - moving, sound + moving
+
+    def from_modes(self, here, amplitudes):
+        h, v = self.layer(here)
+        depth = 0.5 * (amplitudes[0] + amplitudes[1]) / (np.sqrt(self.g * h) + TINY)
+        return depth, 0.5 * (amplitudes[1] - amplitudes[0]) + v * depth
+
+    def cell_integral(self, ql, qr, q, aux):
+        (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
+        return qr[1] - ql[1], hr * vr * vr - hl * vl * vl + self.g * product_slope(q[0], total(q[0], aux[0]))
 
     def resolved(self, q0: np.ndarray) -> "ShallowWater":
         return resolved(self, q0)

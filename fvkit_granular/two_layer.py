@@ -5,10 +5,12 @@ from collections.abc import Mapping
 import attrs
 import numpy as np
 
+from fvkit.polynomial import product_slope, total
 from fvkit_granular.bed import bed_step, upper
 from fvkit_granular.pressure_coupled import PressureCoupled
 from fvkit_granular.spectrum import layer_couplings
 from fvkit_granular.states import bottom
+from fvkit_granular.two_masses import advected
 
 
 @attrs.frozen
@@ -64,6 +66,16 @@ class TwoLayer(PressureCoupled):
         db, excess = bed_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
         _, beyond = bed_step(hsl, hsr, auxl[0], auxr[0])
         return (hsr - hsl) + (db - beyond), msr - msl, (hfr - hfl) + (beyond - excess), mfr - mfl
+
+    def lift(self, here, aux):
+        return aux[0], 0.0, 0.0, 0.0
+
+    def cell_integral(self, ql, qr, q, aux):
+        hs, _, hf, _ = q
+        solid, fluid = advected(self.layers(ql), self.layers(qr))
+        surface, g = total(hs, hf, aux[0]), self.g
+        return (qr[1] - ql[1], solid + g * (product_slope(hs, surface) - (1.0 - self.gamma) * product_slope(hs, hf)),
+                qr[3] - ql[3], fluid + g * product_slope(hf, surface))
 
     def may_lose_hyperbolicity(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
-from fvkit_granular.bed import LEAST_DRY, bed_step, mean_velocity, present, settled, velocity
+from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio
@@ -99,6 +99,39 @@ class TwoMasses(Model, ABC):
 
     def matrix_product(self, ql, qr, auxl, auxr, v):
         return self.at_state(self.roe_mean(ql, qr), v)
+
+    def to_modes(self, here, w):
+        _, vs, _, vf = self.layers(here)
+        (along, across), (xi, fast, slow) = self.pairs(here)
+        solid, fluid = w[1] - vs * w[0], w[3] - vf * w[2]
+        scale = 1.0 / (along * xi - across - TINY)
+        outer, inner = (xi * w[0] - w[2]) * scale, (along * w[2] - across * w[0]) * scale
+        moving_outer, moving_inner = (xi * solid - fluid) * scale, (along * fluid - across * solid) * scale
+        return (fast * outer - moving_outer, slow * inner - moving_inner,
+                slow * inner + moving_inner, fast * outer + moving_outer)
+
+    def from_modes(self, here, amplitudes):
+        _, vs, _, vf = self.layers(here)
+        (along, across), (xi, fast, slow) = self.pairs(here)
+        first, second, third, fourth = amplitudes
+        outer, inner = 0.5 * (first + fourth) / (fast + TINY), 0.5 * (second + third) / (slow + TINY)
+        moving_outer, moving_inner = 0.5 * (fourth - first), 0.5 * (third - second)
+        hs, hf = along * outer + inner, across * outer + xi * inner
+        return (hs, along * moving_outer + moving_inner + vs * hs,
+                hf, across * moving_outer + xi * moving_inner + vf * hf)
+
+    def pairs(self, here):
+        """Return the equal-velocity modes: (e1, e2) of the outer pair, and e2/e1 of the inner one with both speeds.
+
+        With C = ((css, csf), (cff, cff)) the speeds u are roots of its eigenvalues, the larger one u1: its eigenvector is
+        (csf, u1^2 - css)/s, that of the other (1, -u1^2/s), s = csf + u1^2 - css > 0. Always real. Derived here.
+        """
+        hs, _, hf, _ = self.layers(here)
+        css, cff, csf, det = self.couplings(hs, hf)
+        gap = np.sqrt((css - cff) * (css - cff) + 4.0 * csf * cff)
+        outer = 0.5 * (css + cff + gap)
+        share = 1.0 / (csf + (outer - css) + TINY)
+        return (csf * share, (outer - css) * share), (-outer * share, np.sqrt(outer), np.sqrt(det / (outer + TINY)))
 
     def resolved(self, q0: np.ndarray) -> "TwoMasses":
         return resolved(self, q0)
@@ -191,6 +224,12 @@ def pressure_cross(ql, qr, auxl, auxr, g, gamma):
 def moving(hs, vs, hf, vf):
     """Return vs, vf with the velocity of the other in place of an absent one, and 0 where both are absent."""
     return where(hs > 0.0, vs, where(hf > 0.0, vf, 0.0)), where(hf > 0.0, vf, where(hs > 0.0, vs, 0.0))
+
+
+def advected(ql, qr):
+    """Return the differences over a cell of m v of both masses, between (hs, vs, hf, vf) of its faces."""
+    (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = ql, qr
+    return hsr * vsr * vsr - hsl * vsl * vsl, hfr * vfr * vfr - hfl * vfl * vfl
 
 
 def primitive(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -2,9 +2,11 @@
 
 import attrs
 
+from fvkit.polynomial import exchange, product_slope, total
 from fvkit_granular.bed import TINY, bed_step, threshold, upper
 from fvkit_granular.pressure_coupled import PressureCoupled
 from fvkit_granular.spectrum import couplings
+from fvkit_granular.two_masses import advected
 
 
 @attrs.frozen
@@ -44,6 +46,16 @@ class TwoPhase(PressureCoupled):
     def balanced_difference(self, ql, qr, auxl, auxr):
         return mixture_difference(ql, qr, auxl, auxr)
 
+    def lift(self, here, aux):
+        return mixture_lift(here, aux)
+
+    def cell_integral(self, ql, qr, q, aux):
+        hs, _, hf, _ = q
+        solid, fluid = advected(self.layers(ql), self.layers(qr))
+        surface, g = total(hs, hf, aux[0]), self.g
+        return (qr[1] - ql[1], solid + g * (product_slope(hs, surface) + 0.5 * (1.0 - self.gamma) * exchange(hf, hs)),
+                qr[3] - ql[3], fluid + g * product_slope(hf, surface))
+
     def may_lose_hyperbolicity(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
         slip = (vs - vf) * (vs - vf)
@@ -80,6 +92,12 @@ def mixture_push(left, right, bl, br, g, gamma):
 def mixture_difference(ql, qr, auxl, auxr):
     """Return qr - ql with the bottom step added to the depths in proportion: zero at rest with uniform phi."""
     (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
-    solid, db = hsl + hsr, auxr[0] - auxl[0]
-    lift = solid / (solid + hfl + hfr + TINY) * db
-    return (hsr - hsl) + lift, msr - msl, (hfr - hfl) + (db - lift), mfr - mfl
+    solid, _, fluid, _ = mixture_lift((hsl + hsr, 0.0, hfl + hfr, 0.0), (auxr[0] - auxl[0],))
+    return (hsr - hsl) + solid, msr - msl, (hfr - hfl) + fluid, mfr - mfl
+
+
+def mixture_lift(here, aux):
+    """Return the bottom, shared among the depths in proportion: with it they are constant at rest with uniform phi."""
+    hs, _, hf, _ = here
+    solid = hs / (hs + hf + TINY) * aux[0]
+    return solid, 0.0, aux[0] - solid, 0.0

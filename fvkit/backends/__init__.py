@@ -5,8 +5,8 @@ import warnings
 
 from fvkit import _validate
 from fvkit.backends.base import Kernel, March, Outcome
-from fvkit.backends.numba_kernel import NumbaKernel, available
-from fvkit.backends.numpy_kernel import CHUNK, NumpyKernel
+from fvkit.backends.numba_kernel import NumbaKernel, StagedNumbaKernel, available
+from fvkit.backends.numpy_kernel import CHUNK, NumpyKernel, StagedNumpyKernel
 from fvkit.backends.threads import ThreadedKernel
 from fvkit.backends.trace import Untraceable
 from fvkit.problem import Problem
@@ -15,7 +15,13 @@ from fvkit.schemes.base import Parts, Scheme
 #: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
 BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
 
-__all__ = ["BACKENDS", "CHUNK", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel"]
+__all__ = ["BACKENDS", "CHUNK", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel",
+           "numpy_kernel"]
+
+
+def numpy_kernel(problem: Problem, scheme: Scheme, parts: Parts) -> NumpyKernel:
+    """Return the NumPy kernel that fits a scheme."""
+    return (NumpyKernel if scheme.time_integrator is None else StagedNumpyKernel)(problem, scheme, parts)
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:
@@ -35,13 +41,18 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     if backend == "numpy" or (backend == "auto" and not available()):
         if threads > 1:
             raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: pip install 'fvkit[fast]'")
-        return NumpyKernel(problem, scheme, parts)
+        return numpy_kernel(problem, scheme, parts)
     if not available():
         raise ValueError("`backend` is 'numba', which is not installed: pip install 'fvkit[fast]', or backend='numpy'")
+    staged = scheme.time_integrator is not None
+    if staged and threads > 1:
+        raise ValueError(f"`threads` serve WavePropagation, got {threads} threads with {type(scheme).__name__}: use threads=1")
     try:
-        return NumbaKernel(problem, scheme, parts) if threads == 1 else ThreadedKernel(problem, scheme, parts, threads)
+        if threads > 1:
+            return ThreadedKernel(problem, scheme, parts, threads)
+        return (StagedNumbaKernel if staged else NumbaKernel)(problem, scheme, parts)
     except Untraceable as error:
         if backend == "numba":
             raise
         warnings.warn(f"the NumPy backend is used: {error}", RuntimeWarning, stacklevel=4)
-        return NumpyKernel(problem, scheme, parts)
+        return numpy_kernel(problem, scheme, parts)

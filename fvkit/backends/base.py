@@ -5,6 +5,7 @@ from enum import IntEnum
 from math import ceil, isfinite
 from typing import Any, ClassVar, NamedTuple
 
+import attrs
 import numpy as np
 
 from fvkit.backends.halo import Plan, plan
@@ -96,7 +97,7 @@ class Kernel(ABC):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         self.problem, self.scheme, self.parts = problem, scheme, parts
-        self.plan: Plan = plan(scheme.stages(parts))
+        self.plan, self.source_plan = plans(scheme, parts)
         self.halo, self.cells = self.plan.halo, problem.grid.num_cells
         if self.cells < self.halo:
             raise ValueError(f"`num_cells` must be >= {self.halo} for this scheme, got {self.cells}")
@@ -143,6 +144,23 @@ class Kernel(ABC):
         """Take accepted steps until ``march.t == target``, exactly, or at most ``max_steps`` of them."""
 
 
+def step_length(t: float, dt: float, target: float) -> tuple[float, bool]:
+    """Return the length of the next step, and whether it is the last before the target: steps before it are made even."""
+    if dt >= (target - t) * (1.0 - 1e-12):
+        return target - t, True
+    return (target - t) / ceil((target - t) / dt) if target - t < EVEN * dt else dt, False
+
+
+def plans(scheme: Scheme, parts: Parts) -> tuple[Plan, Plan | None]:
+    """Return the plans of a scheme's stages and of its implicit sources, None without, with one halo for both."""
+    transport, sources = plan(scheme.stages(parts)), scheme.source_stages(parts)
+    if not sources:
+        return transport, None
+    implicit = plan(sources)
+    halo = max(transport.halo, implicit.halo)
+    return attrs.evolve(transport, halo=halo), attrs.evolve(implicit, halo=halo)
+
+
 def _within(seen: range, halo: int, count: int) -> list[int]:
     """Cells of the grid, counted from its first, that ``count`` ghost cells look at."""
     return [cell - halo for cell in seen] * (count // len(seen))
@@ -185,11 +203,7 @@ class StepwiseKernel(Kernel):
     def _step(self, march: March, target: float) -> Outcome:
         """Take one accepted step."""
         dx, scheme, t = self.problem.grid.dx, self.scheme, march.t
-        dt = march.dt
-        last = dt >= (target - t) * (1.0 - 1e-12)
-        dt = target - t if last else dt
-        if not last and target - t < EVEN * dt:
-            dt = (target - t) / ceil((target - t) / dt)
+        dt, last = step_length(t, march.dt, target)
         for _ in range(MAX_RETRIES):
             if not last and t + dt == t:
                 return Outcome.NO_STEP

@@ -39,7 +39,7 @@ def tiles(begin, end, q, out, aux, edges, n, ratio, before, after, par, buf, smx
 
 _ADVANCE = '''\
 def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_max, share_before, share_after, stop_when_lost,
-            par, values, buf, smx, ends, flux, masses, real, count, found):
+            REGISTERSpar, values, buf, smx, ends, flux, masses, real, count, found):
     t = real[0]
     dt = real[1]
     outcome = PAUSED
@@ -105,6 +105,90 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_
     return outcome
 '''
 
+#: The same for a scheme with a time integrator: a program of sweeps and sums over registers. A row of ``sweeps`` holds:
+#: implicit, state, rate, target (-1: none), number of terms, then register and kind of each; of ``weights``: share, weight of
+#: the end fluxes, then that of each term.
+_STAGED = '''\
+lanes = min(n, TILE) + EXTRA
+for j in range(lanes):
+    smx[j] = 0.0
+bad = 0
+flux[:, :] = 0.0
+lost = 0
+first = -1
+for row in range(q.shape[0]):
+    for j in range(GHOSTS, GHOSTS + n):
+        regs[0, row, j] = q[row, j]
+if before > 0.0:
+    for k in range(end):
+        c0 = k * TILE
+        opening(regs[0], aux, c0, min(TILE, n - c0), before, after, par)
+for s in range(sweeps.shape[0]):
+    state = regs[sweeps[s, 1]]
+    rate = regs[sweeps[s, 2]]
+    into = sweeps[s, 3]
+    ghosts(state, n, par, values[2 * s:2 * s + 2])
+    found[0] = 0
+    found[1] = -1
+    for k in range(end):
+        c0 = k * TILE
+        nt = min(TILE, n - c0)
+        closing = 1 if c0 + nt == n else 0
+        if sweeps[s, 0] == 1:
+            SOURCES(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, buf, smx, ends, found)
+        else:
+            tile(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, buf, smx, ends, found)
+            if k == 0:
+                for m in range(flux.shape[1]):
+                    flux[0, m] += weights[s, 1] * ends[0, m]
+        if into >= 0:
+            add_up(regs, sweeps[s], weights[s], c0 + GHOSTS, nt, ratio, h)
+    if sweeps[s, 0] == 0:
+        for m in range(flux.shape[1]):
+            flux[1, m] += weights[s, 1] * ends[1, m]
+        if s == 0 or (s == 1 and sweeps[0, 0] == 1):
+            lost = found[0]
+            first = found[1]
+found[0] = lost
+found[1] = first
+speed = 0.0
+for j in range(lanes):
+    speed = max(speed, smx[j]) if smx[j] == smx[j] else smx[j]
+    if speed != speed:
+        break
+state = regs[last_register]
+for k in range(end):
+    c0 = k * TILE
+    bad = bad | finish(state, aux, c0, min(TILE, n - c0), before, after, par)
+for row in range(out.shape[0]):
+    for j in range(GHOSTS, GHOSTS + n):
+        out[row, j] = state[row, j]
+'''
+
+#: A sum of registers over nt entries from ``first``.
+_ADD_UP = '''
+def add_up(regs, sweep, weights, first, nt, ratio, h):
+    for row in range(regs.shape[1]):
+        dst = regs[sweep[3], row, first:first + nt]
+        for m in range(sweep[4]):
+            src = regs[sweep[5 + 2 * m], row, first:first + nt]
+            kind = sweep[6 + 2 * m]
+            factor = weights[2 + m] * (1.0 if kind == STATE else ratio if kind == TRANSPORT else h)
+            if m == 0:
+                for j in range(nt):
+                    dst[j] = factor * src[j]
+            else:
+                for j in range(nt):
+                    dst[j] += factor * src[j]
+
+
+'''
+
 #: ``tiles`` for threads, each its share; ``advance`` for one, with the same step written out: a call in between would cost
 #: the compiler a second round over everything.
-DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + _ADVANCE.replace("@@\n", indent(_STEP, 12 * " "))
+DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + _ADVANCE.replace("@@\n", indent(_STEP, 12 * " ")).replace("REGISTERS", "")
+
+#: The driver of staged schemes; its ghosts are filled sweep by sweep.
+STAGED_DRIVER = _ADD_UP + (_ADVANCE.replace("@@\n", indent(_STAGED, 12 * " "))
+                           .replace("            ghosts(q, n, par, values)\n", "", 1)
+                           .replace("REGISTERS", "regs, sweeps, weights, last_register, "))

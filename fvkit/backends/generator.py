@@ -59,8 +59,9 @@ class Source:
 class Generator:
     """Builds the text of one kernel. Everything that varies without recompilation is an argument of it."""
 
-    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan) -> None:
-        self.problem, self.scheme, self.plan = problem, scheme, plan
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, prefix: str = "") -> None:
+        self.problem, self.scheme, self.plan, self.prefix = problem, scheme, plan, prefix
+        self.staged = scheme.time_integrator is not None
         self.lines: list[str] = []
         self.graph = Graph()
         self.blocks: list[Block] = []
@@ -68,7 +69,8 @@ class Generator:
         self.names: list[str] = []
         self.parts = Parts(self._symbolic(parts.model), self._symbolic(parts.riemann),
                            tuple(self._symbolic(limiter) for limiter in parts.limiters),
-                           tuple(self._symbolic(source) for source in parts.sources))
+                           tuple(self._symbolic(source) for source in parts.sources),
+                           reconstruction=parts.reconstruction and self._symbolic(parts.reconstruction))
         self.boundary = tuple(self._symbolic(side) for side in problem.boundary)
         self.parts = self.parts._replace(dx=self._parameter())
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
@@ -212,7 +214,7 @@ class Generator:
         if not outputs:
             return ["" if value is None else repr(value) for value in values]
         known = self.percell.find(outputs, plain, always)
-        made = block(f"block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node))
+        made = block(f"{self.prefix}block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node))
         for item in made.inputs:
             if item.index in known:
                 self.keep_per_cell(item, *known[item.index])
@@ -251,7 +253,7 @@ class Generator:
     # ------------------------------------------------------------------ the tile
 
     def tile(self) -> list[str]:
-        """Text of ``tile``: one transport step of nt cells from c0, sources included.
+        """Text of ``tile``: one transport step of nt cells from c0, sources included; of a staged scheme, minus ``net`` alone.
 
         It returns 1 where a new state is not acceptable, else 0; ``closing`` is 1 for the tile that owns the last face.
         """
@@ -264,12 +266,13 @@ class Generator:
             guarded = [stages[0] for _, stages in takewhile(lambda group: group[1][0].guard is not None, groups[k + 1:])]
             self.stage_loop(*groups[k], guarded, later[k + len(guarded)], first=k == 0)
             k += 1 + len(guarded)
-        self.count_lost()
+        if k:
+            self.count_lost()
         self.close_walls()
         self.update(groups[-1])
         self.lines[start:start] = self.per_cell()
         body, self.lines = self.lines, []
-        self.emit("def tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
+        self.emit(f"def {self.prefix}tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
         uniform = [node for node in self.graph.nodes
                    if node.uniform and node.operation != "uniform" and not is_condition(node)]
         for node, name in zip(uniform, self.assign(list(uniform), 1, fixed=True), strict=True):
@@ -302,7 +305,7 @@ class Generator:
             self.copy(f"aux[{k}, low:high]", "high - low", row, f"low - c0 + {halo}")
             self.copy(f"edges[{k}, c0:{halo}]", f"{halo} - c0", row, "0")
             self.copy(f"edges[{k}, {halo}:]", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
-        if self.parts.sources and self.scheme.splitting.before > 0.0:
+        if self.parts.sources and self.scheme.splitting.before > 0.0 and not self.staged:
             q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.sources)
             self.loop(width, list(zip(self.fields["q"], state, strict=True)), -halo, [])
@@ -380,21 +383,53 @@ class Generator:
         """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""
         (low, _), stages = group
         own = self.run(stages, low)
-        q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
-        new = tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
-        if self.scheme.splitting.after > 0.0:
-            new = self.act(new, aux, self.after, self.parts.sources[::-1])
-        if self.problem.model.defines("settle"):
-            new = self.parts.model.settle(new)
-        rows = tuple(self.new_row(0) for _ in new)
         self.emit("bad = 0")
-        self.loop("nt", list(zip(rows, new, strict=True)), 0, [("bad = bad | (1 - {})", self.good(new))])
+        if self.staged:
+            new, extra = tuple(-1.0 * net for net in own["net"]), []
+        else:
+            q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
+            new = self.finished(tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True)), aux)
+            extra = [("bad = bad | (1 - {})", self.good(new))]
+        rows = tuple(self.new_row(0) for _ in new)
+        self.loop("nt", list(zip(rows, new, strict=True)), 0, extra)
         for k, row in enumerate(rows):
             self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
             self.emit("for j in range(nt):")
             self.emit(f"dst[j] = {row.at(0)}", 2)
-        self.end_fluxes()
+        if "to_left" in self.light:
+            self.end_fluxes()
         self.emit("return bad")
+
+    def finished(self, q: Any, aux: Any) -> Any:
+        """Symbols of a state after the sources of the last share of the step, settled."""
+        if self.scheme.splitting.after > 0.0:
+            q = self.act(q, aux, self.after, self.parts.sources[::-1])
+        return self.parts.model.settle(q) if self.problem.model.defines("settle") else q
+
+    def ends(self) -> list[str]:
+        """Text of ``opening`` and ``finish`` of a staged scheme: what a step does to nt cells from c0 before and after its sweeps."""
+        rows, halo = len(self.problem.model.conserved), self.plan.halo
+        text: list[str] = []
+        for name in ("opening", "finish"):
+            state = tuple(self.graph.node("load", f"q[{k}, c0 + {halo} + j]") for k in range(rows))
+            given = [name for name in self.problem.model.aux if self.problem.aux_averages[name].any()]
+            aux = tuple(self.graph.node("load", f"aux[{list(self.problem.model.aux).index(name)}, c0 + j]") if name in given else 0.0
+                        for name in self.problem.model.aux)
+            self.emit("bad = 0")
+            self.emit("for j in range(nt):")
+            if name == "opening":
+                new = self.act(state, aux, self.before, self.parts.sources)
+                names = self.assign(list(new), 2, fixed=True)
+            else:
+                new = self.finished(state, aux)
+                *names, good = self.assign([*new, self.good(new)], 2, fixed=True)
+                self.emit(f"bad = bad | (1 - {good})", 2)
+            for k, value in enumerate(names):
+                self.emit(f"q[{k}, c0 + {halo} + j] = {value}", 2)
+            self.emit("return bad")
+            text += [f"def {name}(q, aux, c0, nt, before, after, par):", *self.lines, "", ""]
+            self.lines = []
+        return text
 
     def good(self, q: Any) -> Any:
         """Symbol of whether a state may be accepted."""
@@ -452,8 +487,9 @@ class Generator:
         return text
 
 
-def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan) -> Source:
-    """Return the text of the kernel's own part: ``tile`` and ``ghosts``.
+def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None = None) -> Source:
+    """Return the text of the kernel's own part: ``tile`` and ``ghosts``, and for a staged scheme ``opening``, ``finish`` and,
+    with implicit sources, ``source_tile``.
 
     Raises
     ------
@@ -461,10 +497,15 @@ def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan) -> Sour
         With the method, file and line of the pointwise code that only whole arrays can run.
     """
     generator = Generator(problem, scheme, parts, plan)
-    tile = _located(generator.tile)
-    ghosts = _located(generator.ghosts)
-    content = [made.text() for made in generator.blocks]
-    return Source("\n".join([*content, "", "", *tile, "", "", *ghosts, ""]), tuple(generator.blocks), generator.rows)
+    pieces, blocks, rows = [_located(generator.tile), _located(generator.ghosts)], generator.blocks, generator.rows
+    if generator.staged:
+        pieces.append(_located(generator.ends))
+        if source_plan is not None:
+            implicit = Generator(problem, scheme, parts, source_plan, prefix="source_")
+            pieces.append(_located(implicit.tile))
+            blocks, rows = blocks + implicit.blocks, max(rows, implicit.rows)
+    content = [made.text() for made in blocks]
+    return Source("\n".join([*content, *(line for piece in pieces for line in ("", "", *piece)), ""]), tuple(blocks), rows)
 
 
 def _located(build: Callable[[], list[str]]) -> list[str]:

@@ -12,15 +12,19 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends import cache, emit
-from fvkit.backends.base import EVEN, MAX_RETRIES, Kernel, March, Outcome
-from fvkit.backends.driver import DRIVER
+from fvkit.backends.base import EVEN, MAX_RETRIES, Kernel, March, Outcome, step_length
+from fvkit.backends.driver import DRIVER, STAGED_DRIVER
 from fvkit.backends.emit import Block
-from fvkit.backends.generator import SPARE, TILE, generate
+from fvkit.backends.generator import SPARE, TILE, Source, generate
+from fvkit.backends.program import SOURCE, STATE, TRANSPORT, Program, program
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
 #: Compiler options of every kernel. Contraction alone: NaN and infinity must keep their meaning.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+
+#: The functions that a module may have, callees first.
+FUNCTIONS = ("tile", "source_tile", "ghosts", "opening", "finish", "add_up", "tiles", "advance")
 
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0
@@ -43,11 +47,12 @@ class NumbaKernel(Kernel):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
-        source = generate(problem, scheme, parts, self.plan)
+        source = generate(problem, scheme, parts, self.plan, self.source_plan)
         started = time.perf_counter()
-        self.module = _module(_text(source.text, self.plan.halo), source.blocks)
+        self.module = _module(self.text(source), source.blocks)
         self.compile_seconds = time.perf_counter() - started
-        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *problem.boundary)
+        reconstruction = () if parts.reconstruction is None else (parts.reconstruction,)
+        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *reconstruction, *problem.boundary)
         self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
         self._rows = source.rows
         self._scratch = self.scratch()
@@ -58,10 +63,10 @@ class NumbaKernel(Kernel):
         row, ends = TILE + SPARE, (2, max(len(self.mass_rows), 1))
         return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(2, dtype=np.int64)
 
-    def boundary_values(self, t: float) -> np.ndarray:
-        """What the boundaries give to their ghosts at time t, a row each."""
-        given = self.ghost_values(t)
-        result = np.zeros((2, max(1, *(len(values) for values in given))))
+    def boundary_values(self, *times: float) -> np.ndarray:
+        """What the boundaries give to their ghosts at each time, a row for each side."""
+        given = [values for t in times for values in self.ghost_values(t)]
+        result = np.zeros((len(given), max(1, *(len(values) for values in given))))
         for row, values in zip(result, given, strict=True):
             row[:len(values)] = values
         return result
@@ -70,18 +75,72 @@ class NumbaKernel(Kernel):
         if self.steady_boundary:
             return self._advance(march, target, max_steps, self._steady)
         for _ in range(max_steps):
-            outcome = self._advance(march, target, 1, self.boundary_values(march.t))
+            outcome = self._advance(march, target, 1, self.boundary_values(*self.times(march, target)))
             if outcome is not Outcome.PAUSED:
                 return outcome
         return Outcome.PAUSED
+
+    def times(self, march: March, target: float) -> list[float]:
+        """When the boundaries are asked in the next step."""
+        return [march.t]
+
+    def registers(self) -> tuple[Any, ...]:
+        """What `advance` takes beyond the arguments of every kernel."""
+        return ()
 
     def _advance(self, march: March, target: float, max_steps: int, values: np.ndarray) -> Outcome:
         scheme, splitting = self.scheme, self.scheme.splitting
         outcome = self.module.advance(
             march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps, MAX_RETRIES,
-            scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, self.parameters, values,
-            *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
+            scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, *self.registers(),
+            self.parameters, values, *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
         return Outcome(outcome)
+
+    def text(self, source: Source) -> str:
+        """The whole module: constants, the kernel's own functions, the time loop."""
+        constants = {"TILE": TILE, "EXTRA": 2 * self.plan.halo, "EVEN": EVEN, **{outcome.name: int(outcome) for outcome in Outcome}}
+        return _module_text(constants, source.text, DRIVER)
+
+
+class StagedNumbaKernel(NumbaKernel):
+    """The same for a scheme with a time integrator: a step is a program of sweeps."""
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
+        integrator = scheme.time_integrator
+        if integrator is None:
+            raise TypeError(f"{type(scheme).__name__} has no time integrator")
+        self._program = program(integrator)
+        super().__init__(problem, scheme, parts)
+        self._registers = (np.zeros((self._program.registers, *self.padded(problem.q0).shape)), *_tables(self._program))
+        self._steady = self.boundary_values(*[problem.t_start] * len(self._program.sweeps))
+
+    def times(self, march: March, target: float) -> list[float]:
+        dt, _ = step_length(march.t, march.dt, target)
+        return [march.t + sweep.time * dt for sweep in self._program.sweeps]
+
+    def registers(self) -> tuple[Any, ...]:
+        return (*self._registers, self._program.last)
+
+    def text(self, source: Source) -> str:
+        constants = {"TILE": TILE, "EXTRA": 2 * self.plan.halo, "EVEN": EVEN, "GHOSTS": self.plan.halo, "STATE": STATE,
+                     "TRANSPORT": TRANSPORT, **{outcome.name: int(outcome) for outcome in Outcome}}
+        name = "tile" if self.source_plan is None else "source_tile"
+        return _module_text(constants, source.text, STAGED_DRIVER.replace("SOURCES(", f"{name}("))
+
+
+def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
+    """A program as the arrays that the driver of staged schemes reads."""
+    longest = max(len(sweep.terms) for sweep in steps.sweeps)
+    sweeps = np.zeros((len(steps.sweeps), 5 + 2 * longest), dtype=np.int64)
+    weights = np.zeros((len(steps.sweeps), 2 + longest))
+    for row, numbers, sweep in zip(sweeps, weights, steps.sweeps, strict=True):
+        target = -1 if sweep.target is None else sweep.target
+        row[:5] = sweep.implicit, sweep.state, sweep.rate, target, len(sweep.terms)
+        numbers[:2] = sweep.share, sweep.flux
+        for k, term in enumerate(sweep.terms):
+            row[5 + 2 * k:7 + 2 * k] = term.register, term.kind
+            numbers[2 + k] = term.weight
+    return sweeps, weights
 
 
 def _aligned(size: int) -> np.ndarray:
@@ -92,11 +151,9 @@ def _aligned(size: int) -> np.ndarray:
     return room[start:start + size]
 
 
-def _text(own: str, halo: int) -> str:
-    """The whole module: constants, the kernel's own functions, the time loop."""
-    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, **{outcome.name: int(outcome) for outcome in Outcome}}
+def _module_text(constants: dict[str, int], own: str, driver: str) -> str:
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
-    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{DRIVER}"
+    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
 
 
 #: Modules of this process, by the name that their content gives them.
@@ -118,7 +175,7 @@ def _module(text: str, blocks: tuple[Block, ...]) -> Any:
         space = module.__dict__
         exec(compile(text, str(path), "exec"), space)
         space |= {block.name: block.compiled() for block in blocks}
-        for function in ("tile", "ghosts", "tiles", "advance"):
+        for function in [name for name in FUNCTIONS if name in space]:
             keep = lasting and function in ("advance", "ghosts", "tiles")
             space[function] = numba.njit(cache=keep, **OPTIONS)(space[function])
         timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
@@ -136,8 +193,9 @@ def _compile(module: Any, numba: Any) -> None:
     """Compile ``advance``, or load it; without the disk where that fails for the disk's sake."""
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
-    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, numba.boolean, row, rows, row,
-                 row, rows, rows, rows, row, counts, counts)
+    registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if "add_up" in module.__dict__ else ()
+    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, numba.boolean, *registers, row,
+                 rows, row, row, rows, rows, rows, row, counts, counts)
     try:
         module.advance.compile(signature)
     except OSError as error:

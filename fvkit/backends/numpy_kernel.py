@@ -6,6 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends.base import March, StepwiseKernel, Trial
+from fvkit.backends.halo import Plan
+from fvkit.backends.program import TRANSPORT, Term, program
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
@@ -13,6 +15,38 @@ from fvkit.schemes.base import Parts, Scheme
 CHUNK, UNCHUNKED = 8192, 30_000
 
 Field = tuple[Any, ...]
+
+
+class Runner:
+    """Runs the stages of a plan over chunks of cells. Entry 0 of a field is the place that ``lows`` says."""
+
+    def __init__(self, parts: Parts, plan: Plan, lengths: set[int]) -> None:
+        self.parts, self.plan = parts, plan
+        self.lows = {"q": -plan.halo, "aux": -plan.halo}
+        self._reads = {n: self._reading(n) for n in lengths}
+
+    def run(self, fields: dict[str, Field], n: int, ratio: float, close_walls: Any = None) -> dict[str, Field]:
+        """Add to the fields q and aux of n cells what all stages write; ``close_walls`` changes fields before the last ones."""
+        for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
+            if stage.writes == ("to_left",) and close_walls is not None:
+                close_walls(fields)
+            inputs = [_cut(fields[field], part) for field, part in reads]
+            if stage.guard is None or np.any(stage.guard(self.parts, ratio, *inputs)):
+                fields.update(zip(stage.writes, stage.compute(self.parts, ratio, *inputs), strict=True))
+        return fields
+
+    def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
+        """For each stage, the part of each field that it reads in a chunk of n cells."""
+        result = []
+        for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
+            result.append([(field, self.part(field, offset, low, high, n))
+                           for field, first, last in stage.reads for offset in range(first, last + 1)])
+            self.lows |= dict.fromkeys(stage.writes, low)
+        return result
+
+    def part(self, field: str, offset: int, low: int, high: int, n: int) -> slice:
+        """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
+        return slice(low + offset - self.lows[field], n + high + offset - self.lows[field])
 
 
 class NumpyKernel(StepwiseKernel):
@@ -29,8 +63,7 @@ class NumpyKernel(StepwiseKernel):
         self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
         edges = self.aux_edges
         self._aux = np.concatenate([edges[:, :self.halo], self.aux, edges[:, self.halo:]], axis=1)
-        self._lows = {"q": -self.halo, "aux": -self.halo}
-        self._reads = {n: self._reading(n) for n in dict.fromkeys(n for _, n in self._chunks)}
+        self._runner = Runner(parts, self.plan, {n for _, n in self._chunks})
         self._no_flux = np.zeros((2, max(len(self.mass_rows), 1)))
 
     def trial(self, march: March, dt: float) -> Trial:
@@ -42,7 +75,7 @@ class NumpyKernel(StepwiseKernel):
             for source in sources:
                 self._act(source, start, self._work, splitting.before * dt, range(q.shape[1]))
                 start = self._work
-        speed, flux, lost, lost_face = self._transport(start, new, dt)
+        speed, flux, lost, lost_face = self._transport(start, new, march.t, dt)
         if splitting.after > 0.0:
             for source in reversed(sources):
                 self._act(source, new, new, splitting.after * dt, range(self.halo, self.halo + self.cells))
@@ -68,20 +101,28 @@ class NumpyKernel(StepwiseKernel):
             for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
                 row[ghosts] = component
 
-    def _transport(self, q: np.ndarray, out: np.ndarray, dt: float) -> tuple[float, np.ndarray, int, int]:
+    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, int, int]:
         """Write into ``out`` the state after transport for dt; return largest speed, end fluxes, lost faces and the first."""
         ratio = dt / self.problem.grid.dx
-        speeds, lost, lost_face = [], 0, -1
+
+        def step(target: np.ndarray, row: np.ndarray, net: Any) -> None:
+            np.multiply(net, -ratio, out=target)
+            target += row
+
+        return self._sweep(q, out, ratio, step)
+
+    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, write: Any) -> tuple[float, np.ndarray, int, int]:
+        """Write into the cells of ``out`` what ``write`` makes of those of q and ``net``; return what `_transport` does."""
+        speeds, lost, lost_face, lows = [], 0, -1, self._runner.lows
         flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
             here = slice(self.halo + start, self.halo + start + n)
             for target, row, net in zip(out, q, fields["net"], strict=True):
-                np.multiply(net, -ratio, out=target[here])
-                target[here] += row[here]
+                write(target[here], row[here], net)
             speeds.append(_largest(fields["fastest"]))
             if self.mass_rows and not self.closed:
-                through, low = fields["to_left"], self._lows["to_left"]
+                through, low = fields["to_left"], lows["to_left"]
                 if start == 0:
                     flux[0] = [through[row][-low] for row in self.mass_rows]
                 if start + n == self.cells:
@@ -97,7 +138,7 @@ class NumpyKernel(StepwiseKernel):
         model = self.problem.model
         if not model.defines("hyperbolic_discriminant"):
             return ()
-        ql, qr = (_cut(q, self._part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
+        ql, qr = (_cut(q, self._runner.part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
         if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
             return ()
         return np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
@@ -121,38 +162,69 @@ class NumpyKernel(StepwiseKernel):
                 row[here] = component
 
     def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, Field]:
-        """Run all stages over n cells from ``start``; return the fields. Entry 0 of each is the place ``self._lows`` says."""
+        """Run all stages over n cells from ``start``; return the fields."""
+        return self._runner.run(self._given(q, start, n), n, ratio, lambda fields: self._close_walls(fields, start, n))
+
+    def _given(self, q: np.ndarray, start: int, n: int) -> dict[str, Field]:
+        """Fields of n cells from ``start`` and their halo."""
         here = slice(start, start + n + 2 * self.halo)
-        fields: dict[str, Field] = {"q": tuple(q[:, here]), "aux": tuple(self._aux[:, here])}
-        for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
-            if stage.writes == ("to_left",):
-                self._close_walls(fields, start, n)
-            inputs = [_cut(fields[field], part) for field, part in reads]
-            if stage.guard is None or np.any(stage.guard(self.parts, ratio, *inputs)):
-                fields.update(zip(stage.writes, stage.compute(self.parts, ratio, *inputs), strict=True))
-        return fields
+        return {"q": tuple(q[:, here]), "aux": tuple(self._aux[:, here])}
 
     def _close_walls(self, fields: dict[str, Field], start: int, n: int) -> None:
         """Let no mass pass a closed end of the grid."""
         left, right = self.problem.boundary
         for row in fields.get("carried", ()):
             if left.closed and start == 0:
-                row[-self._lows["carried"]] = 0.0
+                row[-self._runner.lows["carried"]] = 0.0
             if right.closed and start + n == self.cells:
-                row[n - self._lows["carried"]] = 0.0
+                row[n - self._runner.lows["carried"]] = 0.0
 
-    def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
-        """For each stage, the part of each field that it reads in a chunk of n cells."""
-        result = []
-        for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
-            result.append([(field, self._part(field, offset, low, high, n))
-                           for field, first, last in stage.reads for offset in range(first, last + 1)])
-            self._lows |= dict.fromkeys(stage.writes, low)
-        return result
 
-    def _part(self, field: str, offset: int, low: int, high: int, n: int) -> slice:
-        """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
-        return slice(low + offset - self._lows[field], n + high + offset - self._lows[field])
+class StagedNumpyKernel(NumpyKernel):
+    """The same for a scheme with a time integrator: a step is a program of sweeps."""
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
+        super().__init__(problem, scheme, parts)
+        integrator = scheme.time_integrator
+        if integrator is None:
+            raise TypeError(f"{type(scheme).__name__} has no time integrator")
+        self._program = program(integrator)
+        self._registers = np.zeros((self._program.registers, *self.padded(problem.q0).shape))
+        self._sources = None if self.source_plan is None else Runner(parts, self.source_plan, {n for _, n in self._chunks})
+
+    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, int, int]:
+        registers, units = self._registers, (1.0, dt / self.problem.grid.dx, dt)
+        speed, flux, lost, started = 0.0, np.zeros_like(self._no_flux), (0, -1), False
+        self.inside(registers[0])[:] = self.inside(q)
+        for sweep in self._program.sweeps:
+            state, rate = registers[sweep.state], registers[sweep.rate]
+            self._fill_ghosts(state, t + sweep.time * dt)
+            if sweep.implicit:
+                self._source_rate(state, rate, sweep.share * dt)
+            else:
+                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], lambda to, _, net: np.negative(net, out=to))
+                speed, flux = max(speed, found[0]) if found[0] == found[0] else np.nan, flux + sweep.flux * found[1]
+                lost = lost if started else found[2:]
+                started = True
+            if sweep.target is not None:
+                self._sum(sweep.terms, registers[sweep.target], units)
+        self.inside(out)[:] = self.inside(registers[self._program.last])
+        return (speed, flux, *lost)
+
+    def _source_rate(self, q: np.ndarray, out: np.ndarray, implicit: float) -> None:
+        """Write the mean rate of the implicit sources; 0 where there are none."""
+        for start, n in self._chunks:
+            here = slice(self.halo + start, self.halo + start + n)
+            nets = (0.0,) * len(out) if self._sources is None else self._sources.run(self._given(q, start, n), n, implicit)["net"]
+            for row, net in zip(out, nets, strict=True):
+                np.negative(net, out=row[here])
+
+    def _sum(self, terms: tuple[Term, ...], target: np.ndarray, units: tuple[float, float, float]) -> None:
+        """Write a sum of registers, in cells alone."""
+        inside = self.inside(target)
+        np.multiply(self.inside(self._registers[terms[0].register]), terms[0].weight * units[terms[0].kind], out=inside)
+        for term in terms[1:]:
+            inside += (term.weight * units[term.kind]) * self.inside(self._registers[term.register])
 
 
 def _slice(cells: range) -> slice:

@@ -6,8 +6,10 @@ from typing import Any, NamedTuple
 
 import attrs
 
+from fvkit.integrators import Integrator
 from fvkit.limiters import Limiter
 from fvkit.model import Model
+from fvkit.reconstruction import Reconstruction
 from fvkit.riemann import RiemannSolver
 from fvkit.sources import Source, Splitting
 
@@ -20,6 +22,7 @@ class Parts(NamedTuple):
     limiters: tuple[Limiter, ...]
     sources: tuple[Source, ...]
     dx: Any = 1.0
+    reconstruction: Reconstruction | None = None
 
 
 class Read(NamedTuple):
@@ -65,6 +68,8 @@ class Scheme(ABC):
        their fluxes, which a closed wall sets to 0, and the light stages that write ``to_left`` and ``to_right`` come last.
     3. ``cfl`` is the Courant number that the time step aims at; a step above ``cfl_max`` is rejected and redone.
     4. ``splitting`` says when sources act.
+    5. ``time_integrator``, where not None, makes a step of several sweeps of the stages, whose ``net`` is then minus dx
+       times the rate; ``source_stages(parts)`` are those of sources that it takes implicitly.
     """
 
     cfl: float
@@ -75,6 +80,11 @@ class Scheme(ABC):
     def cfl_max(self) -> float:
         """Largest Courant number of an accepted step."""
 
+    @property
+    def time_integrator(self) -> Integrator | None:
+        """The integrator of a semi-discrete scheme; None for one that makes its step itself."""
+        return None
+
     @abstractmethod
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
         """Return the parts of this scheme for ``model``, or raise ValueError naming the pair that cannot work."""
@@ -82,3 +92,7 @@ class Scheme(ABC):
     @abstractmethod
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         """Return the stages of a step."""
+
+    def source_stages(self, parts: Parts) -> tuple[Stage, ...]:
+        """Return the stages of implicit sources; none by default."""
+        return ()

@@ -8,22 +8,15 @@ import numpy as np
 from fvkit import _validate
 from fvkit.limiters import MC, Limiter
 from fvkit.model import Model
-from fvkit.pointwise import TINY, add, combine, dot, maximum, multiply, scale, subtract, weighted, where
+from fvkit.pointwise import TINY, add, combine, dot, multiply, scale, weighted, where
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
-from fvkit.schemes.dry import distrusted, fall_back, hold_within, mass_fluxes, may_overdraw
-from fvkit.schemes.fluctuations import anchored, half_signs, right_going
-from fvkit.schemes.static import jumps, sliding, without_held
+from fvkit.schemes.dry import hold_within, mass_fluxes, may_overdraw
+from fvkit.schemes.faces import face_stages, here, to_left, to_right, upwinding
 from fvkit.sources import Source, Splitting, Strang
 
 _STATES = (Read("q", -1, 0),)
 _FACE = (*_STATES, Read("aux", -1, 0))
-_BOTH = ("left_going", "right_going")
-
-
-def _here(*fields: str) -> tuple[Read, ...]:
-    """Read fields of the face itself."""
-    return tuple(Read(field, 0, 0) for field in fields)
 
 
 def _limiters(value: Any) -> tuple[Limiter, ...]:
@@ -94,38 +87,28 @@ class WavePropagation(Scheme):
         return Parts(model, self.riemann, self.limiter, sources)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
-        riemann, model = self.riemann, parts.model
-        result = [Stage(riemann_problem, _FACE, ("jump", "waves", "speeds", "fastest")),
-                  Stage(upwinding, _here("speeds"), ("sides",), light=True),
-                  Stage(fluctuations, (*_STATES, *_here("jump", "waves", "sides")), _BOTH)]
-        fixes = self.entropy_fix and riemann.eigenvectors
-        if fixes:
-            result.append(Stage(entropy_viscosity, (*_FACE, *_here("speeds", *_BOTH)), _BOTH, guard=transonic))
-        if model.defines("relaxation") and not riemann.positive:
-            first = (*_BOTH, "fastest")
-            every = (*first, "speeds", "waves") if self.order == 2 else (*first, "speeds") if fixes else first
-            result.append(Stage(fall_back, (*_FACE, *_here(*every)), every if self.order == 2 else first,
-                                guard=distrusted_or_fixed if fixes else distrusted))
+        model = parts.model
+        result = face_stages(parts, _FACE, self.entropy_fix and self.riemann.eigenvectors, waves=self.order == 2)
         terms = self._corrections(parts)
         result += self._second_order(parts) if terms else []
         if model.phases:
             held = ("carried", *terms)
-            result += [Stage(mass_fluxes, _here("left_going", *terms[:1]), ("carried", *terms[:1])),
-                       Stage(hold_within, (*_STATES, *_here("left_going", *held)), held, guard=may_overdraw)]
+            result += [Stage(mass_fluxes, here("left_going", *terms[:1]), ("carried", *terms[:1])),
+                       Stage(hold_within, (*_STATES, *here("left_going", *held)), held, guard=may_overdraw)]
             terms = (*terms, "carried")
-        return (*result, Stage(to_left, _here("left_going", *terms), ("to_left",), light=True),
-                Stage(to_right, _here("right_going", *terms), ("to_right",), light=True),
+        return (*result, Stage(to_left, here("left_going", *terms), ("to_left",), light=True),
+                Stage(to_right, here("right_going", *terms), ("to_right",), light=True),
                 Stage(net_fluctuation, (Read("to_right", 0, 0), Read("to_left", 1, 1)), ("net",)))
 
     def _second_order(self, parts: Parts) -> list[Stage]:
         """The stages of the corrections: they write "correction" and, where the model has it, "cross"."""
         result = []
         if parts.model.defines("relaxation") and not self.riemann.positive:
-            result.append(Stage(upwinding, _here("speeds"), ("sides",), light=True))
+            result.append(Stage(upwinding, here("speeds"), ("sides",), light=True))
         limits = any(limiter.limits for limiter in parts.limiters)
         if limits:
             result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",), light=True))
-        waves = (*_here("waves", "speeds", "sides"), *((Read("overlaps", 0, 1),) if limits else ()))
+        waves = (*here("waves", "speeds", "sides"), *((Read("overlaps", 0, 1),) if limits else ()))
         result.append(Stage(eigenvector_correction, waves, ("correction",)) if self.riemann.eigenvectors else
                       Stage(matrix_correction, (*_FACE, *waves), ("correction",)))
         if "cross" in self._corrections(parts):
@@ -137,67 +120,6 @@ class WavePropagation(Scheme):
         if self.order == 1:
             return ()
         return ("correction", "cross") if self.cross_term and parts.model.defines("cross") else ("correction",)
-
-
-def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves; see `fvkit.schemes.static`."""
-    whole, net = jumps(parts, ql, qr, auxl, auxr)
-    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
-    if net is not whole:
-        waves = without_held(parts.model, whole, net, waves)
-    fastest = np.abs(speeds[0])
-    for speed in speeds[1:]:
-        fastest = maximum(fastest, np.abs(speed))
-    return sliding(whole, net), waves, speeds, fastest
-
-
-def upwinding(parts, ratio, speeds):
-    """Return half the sign of every speed."""
-    return (half_signs(speeds),)
-
-
-def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
-    """Split the jump of a face into what travels left and what travels right."""
-    left = weighted([0.5 - side for side in sides], waves)
-    if any(source.defines("limit_jump") for source in parts.sources):
-        standing = subtract(jump, weighted([1.0] * len(waves), waves))
-        left = combine(1.0, left, 0.5, standing)
-    left = anchored(parts, ql, left)
-    return left, right_going(parts, jump, left)
-
-
-def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
-    """Whether an outer field passes through zero speed in a rarefaction of this face."""
-    lowl, highl = parts.model.wave_speeds(ql)
-    lowr, highr = parts.model.wave_speeds(qr)
-    return maximum((lowr - lowl) - np.abs(speeds[0]), (highr - highl) - np.abs(speeds[-1])) > 0.0
-
-
-def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds, waves=None):
-    """Whether a face needs the fallback, perhaps after the entropy fix."""
-    return (distrusted(parts, ratio, ql, qr, auxl, auxr, left)
-            | transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right))
-
-
-def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
-    """Add 1/2 (eta_k - |s_k|) p_k of the outer fields, p_k the parts of the balanced difference (Harten's eta)."""
-    lowl, highl = parts.model.wave_speeds(ql)
-    lowr, highr = parts.model.wave_speeds(qr)
-    difference = parts.model.balanced_difference(ql, qr, auxl, auxr)
-    pieces, _ = parts.model.decompose(ql, qr, auxl, auxr, difference)
-    extra = scale(0.5 * harten(speeds[0], lowr - lowl), pieces[0])
-    if len(speeds) > 1:
-        extra = combine(1.0, extra, 0.5 * harten(speeds[-1], highr - highl), pieces[-1])
-    left = subtract(left, extra)
-    return left, tuple([0.0 if k in parts.model.mass_rows() else item for k, item in enumerate(add(right, extra))])
-
-
-def harten(speed, width):
-    """Return eta - |s|: (s^2/w + w)/2 - |s| where |s| is below the width w of the rarefaction, else 0."""
-    size = np.abs(speed)
-    fixed = size < width
-    opening = where(fixed, width, 1.0)
-    return where(fixed, 0.5 * (size * size / opening + opening) - size, 0.0)
 
 
 def projections(parts, ratio, before, waves):
@@ -235,32 +157,6 @@ def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, *o
 def cross_term(parts, ratio, ql, qr, auxl, auxr):
     """Return dt/dx/4 of the cross term, which both fluctuations of a face lose."""
     return (scale(0.25 * ratio, parts.model.cross(ql, qr, auxl, auxr)),)
-
-
-def to_left(parts, ratio, left, *terms):
-    """Return all that enters the cell left of a face, and the mass fluxes through it."""
-    return (corrected(parts, left, 1.0, *terms),)
-
-
-def to_right(parts, ratio, right, *terms):
-    """Return all that enters the cell right of a face; of masses, what leaves the other one."""
-    return (corrected(parts, right, -1.0, *terms),)
-
-
-def corrected(parts, total, side, *terms):
-    """Add the correction on one side, take the cross term from both, and put the mass fluxes in the rows of masses."""
-    rows = parts.model.mass_rows()
-    carried = dict(zip(rows, terms[-1], strict=True)) if rows else {}
-    terms = terms[:-1] if rows else terms
-    result = []
-    for k, item in enumerate(total):
-        if k in rows:
-            item = side * carried[k]
-        elif terms:
-            item = item + side * terms[0][k]
-            item = item - terms[1][k] if len(terms) > 1 else item
-        result.append(item)
-    return tuple(result)
 
 
 def net_fluctuation(parts, ratio, from_left, from_right):

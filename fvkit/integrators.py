@@ -1,0 +1,103 @@
+"""Time integrators of the method of lines, as tables of Shu and Osher's form."""
+
+from typing import ClassVar
+
+import attrs
+
+#: Rows of coefficients of a lower triangular table.
+Table = tuple[tuple[float, ...], ...]
+
+
+@attrs.frozen
+class Integrator:
+    """Base of a Runge-Kutta method for dq/dt = L(q) + S(q): tables, and nothing else. Contract:
+
+    1. State k + 1 is u_{k+1} = sum_j alpha[k][j] u_j + dt sum_j beta[k][j] L(u_j), j <= k, u_0 the old state; the last is
+       the new one. Butcher's form has alpha[k] = (1,).
+    2. ``cfl`` is the Courant number that suits it, 1 for a step that crosses a cell.
+    3. ``ssp`` is the number of forward Euler steps that a step holds in convex combinations (its SSP coefficient), or
+       None: then nothing promises non-negative depths.
+    4. ``implicit``, where not empty, is the table of S in Butcher's form with the same alpha, its diagonal included:
+       row k belongs to u_{k+1}, whose last entry makes it implicit, and ``weights`` are those of the new state.
+    """
+
+    alpha: ClassVar[Table] = ()
+    beta: ClassVar[Table] = ()
+    implicit: ClassVar[Table] = ()
+    weights: ClassVar[tuple[float, ...]] = ()
+    cfl: ClassVar[float] = 1.0
+    ssp: ClassVar[float | None] = None
+
+
+@attrs.frozen
+class SSPRK3(Integrator):
+    """Three stages, third order, strong stability preserving (SSP coefficient 1): quiet near shocks.
+
+    Source: C.-W. Shu, S. Osher, J. Comput. Phys. 77 (1988) 439-471 (remembered, order measured).
+    """
+
+    alpha: ClassVar[Table] = ((1.0,), (3 / 4, 1 / 4), (1 / 3, 0.0, 2 / 3))
+    beta: ClassVar[Table] = ((1.0,), (0.0, 1 / 4), (0.0, 0.0, 2 / 3))
+    cfl: ClassVar[float] = 0.6
+    ssp: ClassVar[float | None] = 1.0
+
+
+@attrs.frozen
+class SSPRK104(Integrator):
+    """Ten stages, fourth order, SSP coefficient 6: the default, 4.2 stages per crossed cell.
+
+    Unstable with fifth-order reconstructions from a Courant number of about 3.5 on.
+
+    Source: D. I. Ketcheson, SIAM J. Sci. Comput. 30 (2008) 2113-2136 (remembered, order measured).
+    """
+
+    alpha: ClassVar[Table] = (
+        (1.0,), (0.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), (3 / 5, 0.0, 0.0, 0.0, 2 / 5),
+        *(tuple([0.0] * k + [1.0]) for k in (5, 6, 7, 8)), (1 / 25, 0.0, 0.0, 0.0, 9 / 25, 0.0, 0.0, 0.0, 0.0, 3 / 5))
+    beta: ClassVar[Table] = (
+        (1 / 6,), (0.0, 1 / 6), (0.0, 0.0, 1 / 6), (0.0, 0.0, 0.0, 1 / 6), (0.0, 0.0, 0.0, 0.0, 1 / 15),
+        *(tuple([0.0] * k + [1 / 6]) for k in (5, 6, 7, 8)), (0.0, 0.0, 0.0, 0.0, 3 / 50, 0.0, 0.0, 0.0, 0.0, 1 / 10))
+    cfl: ClassVar[float] = 2.4
+    ssp: ClassVar[float | None] = 6.0
+
+
+@attrs.frozen
+class DP5(Integrator):
+    """Dormand and Prince's fifth-order method, 6 stages, without its embedded one: for smooth flows. Not SSP.
+
+    Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26 (remembered, order measured).
+    """
+
+    alpha: ClassVar[Table] = ((1.0,),) * 6
+    beta: ClassVar[Table] = (
+        (1 / 5,), (3 / 40, 9 / 40), (44 / 45, -56 / 15, 32 / 9),
+        (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+        (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+        (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84))
+
+
+@attrs.frozen
+class ARK4(Integrator):
+    """The additive method ARK4(3)6L[2]SA: fourth order with the sources implicit, stiff or not, 6 stages. Not SSP.
+
+    The sources act at Gauss nodes of the reconstruction, so that their averages are accurate too. Full order with stiff
+    drag needs an initial state in equilibrium; a layer at the start costs every method its order.
+
+    Source: C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139-181 (remembered; row sums, order measured).
+    """
+
+    weights: ClassVar[tuple[float, ...]] = (82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4)
+    alpha: ClassVar[Table] = ((1.0,),) * 6
+    beta: ClassVar[Table] = (
+        (1 / 2,), (13861 / 62500, 6889 / 62500),
+        (-116923316275 / 2393684061468, -2731218467317 / 15368042101831, 9408046702089 / 11113171139209),
+        (-451086348788 / 2902428689909, -2682348792572 / 7519795681897, 12662868775082 / 11960479115383,
+         3355817975965 / 11060851509271),
+        (647845179188 / 3216320057751, 73281519250 / 8382639484533, 552539513391 / 3454668386233,
+         3354512671639 / 8306763924573, 4040 / 17871),
+        weights)
+    implicit: ClassVar[Table] = (
+        (1 / 4, 1 / 4), (8611 / 62500, -1743 / 31250, 1 / 4),
+        (5012029 / 34652500, -654441 / 2922500, 174375 / 388108, 1 / 4),
+        (15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912, 1 / 4),
+        (*weights[:5], 1 / 4))
