@@ -144,8 +144,10 @@ def polynomials(parts, *stencil):
                              ((left, bed_left), (right, bed_right), (bend, bed_third)))
     if model.phases:
         share = trust(model, states, left, right)
+        if lifts:
+            share = minimum(share, smoothness(model, states, given))
         left, right, bend, bed_left, bed_right, bed_third = (
-            scale(share, item) for item in (left, right, bend, bed_left, bed_right, bed_third))
+            kept(share, item) for item in (left, right, bend, bed_left, bed_right, bed_third))
     left, right, bed_left, bed_right = add(q, left), add(q, right), add(aux, bed_left), add(aux, bed_right)
     return (left, right, tuple(map(polynomial, q, left, right, bend)),
             tuple(map(polynomial, aux, bed_left, bed_right, bed_third)))
@@ -179,6 +181,25 @@ def trust(model, states, left, right):
         drop, spare = -minimum(left[row], right[row]), (1.0 - LEAST) * q[row]
         share = minimum(share, where(drop > spare, spare / (maximum(drop, 0.0) + TINY), 1.0))
     return maximum(share, 0.0)
+
+
+def smoothness(model, states, given):
+    """Return the share that the bottom allows: none where its third differences exceed the smallest depth of the stencil.
+
+    Rest survives without it, but a model whose density is frozen in the lift (`Reduced`) lets rounding grow there.
+    """
+    q = states[len(states) // 2]
+    rough = 0.0
+    for a, b, c, d in zip(given, given[1:], given[2:], given[3:], strict=False):
+        bend = tuple([(last - first) - 3.0 * (right - left) for first, left, right, last in zip(a, b, c, d, strict=True)])
+        rough = maximum(rough, np.abs(sum(model.lift(q, bend)[row] for row in model.mass_rows())))
+    depth = smallest([sum(state[row] for row in model.mass_rows()) for state in states])
+    return maximum(2.0 - 2.0 * rough / (depth + TINY), 0.0)
+
+
+def kept(share, deviation):
+    """Return a share of a deviation; 0 for none of it, whatever it is: modes mean nothing where a cell is dry."""
+    return tuple([where(share > 0.0, share * item, 0.0) for item in deviation])
 
 
 def smallest(values):
