@@ -25,6 +25,9 @@ from fvkit.schemes.base import Parts, Read, Scheme, Stage
 #: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
 TILE, SPARE = 509, 19
 
+#: Places per block of a sparse stage.
+SPARSE = 8
+
 #: Fields whose values the step itself needs after the stages.
 _KEPT = ("fastest", "to_left")
 
@@ -162,7 +165,7 @@ class Generator:
         def place(value: Any, other: Any) -> Any:
             if isinstance(value, tuple):
                 return tuple(place(item, other[k]) for k, item in enumerate(value))
-            if value is other if isinstance(value, Expr) and value.uniform else not isinstance(value, Expr) and value == other:
+            if value is other and value.uniform if isinstance(value, Expr) else not isinstance(other, Expr) and value == other:
                 return value
             writes.append((self.new_row(low), value))
             return writes[-1][0]
@@ -328,10 +331,12 @@ class Generator:
         extra: list[tuple[str, Any]] = []
         changed: dict[str, Any] = {}
         behind: list[dict[str, Any]] = []
+        guards: list[Any] = []
         for k, stage in enumerate(guarded):
             inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
-            extra.append((f"hit{k} = hit{k} | {{}}", stage.guard(self.parts, self.ratio, *inputs)))  # type: ignore[misc]
+            guards.append(stage.guard(self.parts, self.ratio, *inputs))  # type: ignore[misc]
+            extra.append((f"hit{k} = hit{k} | {{}}", guards[-1]))
             behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
             changed |= behind[-1]
             later = later | {read.field for read in self.reads(stage)}
@@ -347,9 +352,21 @@ class Generator:
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
-            self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
+            if guarded[k].sparse:
+                self.blocks_that_ask(count, guards[k], self.restore(values), low, rows)
+            else:
+                self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
         if "fastest" in changed:
             self.loop(count, [], low, [("smx[j] = {}", self.graph.node("maximum", self.value("fastest", low, {}, low), largest))])
+
+    def blocks_that_ask(self, count: str, guard: Any, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
+        """The loop of a sparse stage: it asks the guard again, block by block, and computes those blocks where it holds."""
+        self.emit(f"for start in range(0, {count}, {SPARSE}):", 2)
+        self.emit(f"stop = min(start + {SPARSE}, {count})", 3)
+        self.emit("asked = 0", 3)
+        self.loop("start, stop", [], low, [("asked = asked | {}", guard)], depth=3, rows=rows)
+        self.emit("if asked != 0:", 3)
+        self.loop("start, stop", writes, low, [], depth=4, rows=rows)
 
     def run(self, stages: list[Stage], low: int) -> dict[str, Any]:
         """Symbols of what stages that share a loop write, at ``low``."""

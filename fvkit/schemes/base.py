@@ -46,6 +46,7 @@ class Stage:
     writes : the fields it writes. A guarded stage writes fields that exist already.
     guard : pointwise condition with the same arguments. Where no cell of a tile asks, the stage is not run there.
     light : whether a backend may compute the stage again where it is read instead of keeping what it writes.
+    sparse : whether few places ask, far apart: a guarded stage is then run in their neighbourhoods alone.
     """
 
     compute: Callable[..., tuple[Any, ...]]
@@ -53,6 +54,7 @@ class Stage:
     writes: tuple[str, ...]
     guard: Callable[..., Any] | None = None
     light: bool = False
+    sparse: bool = False
 
 
 @attrs.frozen

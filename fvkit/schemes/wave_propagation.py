@@ -12,8 +12,8 @@ from fvkit.pointwise import TINY, add, combine, dot, maximum, multiply, scale, s
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.schemes.dry import distrusted, fall_back, hold_within, mass_fluxes, may_overdraw
-from fvkit.schemes.fluctuations import anchored, half_signs, right_going
-from fvkit.schemes.static import jumps, sliding, without_held
+from fvkit.schemes.fluctuations import fluctuations, half_signs, riemann_problem
+from fvkit.schemes.in_cell import finding, resolving, uncorrecting
 from fvkit.sources import Source, Splitting, Strang
 
 _STATES = (Read("q", -1, 0),)
@@ -79,6 +79,7 @@ class WavePropagation(Scheme):
     splitting: Splitting = attrs.field(factory=Strang)
     entropy_fix: bool = True
     cross_term: bool = True
+    in_cell_shocks: bool = False
 
     def __attrs_post_init__(self) -> None:
         _validate.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
@@ -91,11 +92,15 @@ class WavePropagation(Scheme):
 
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
         self.riemann.check(model)
+        if self.in_cell_shocks and not model.defines("decompose"):
+            raise ValueError(f"WavePropagation(in_cell_shocks=True) cannot serve {type(model).__name__}: the model does not define "
+                             "`decompose`, which takes a shock apart. Define it, or leave in_cell_shocks=False")
         return Parts(model, self.riemann, self.limiter, sources)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         riemann, model = self.riemann, parts.model
-        result = [Stage(riemann_problem, _FACE, ("jump", "waves", "speeds", "fastest")),
+        result = finding(model) if self.in_cell_shocks else []
+        result += [Stage(riemann_problem, _FACE, ("jump", "waves", "speeds", "fastest")),
                   Stage(upwinding, _here("speeds"), ("sides",), light=True),
                   Stage(fluctuations, (*_STATES, *_here("jump", "waves", "sides")), _BOTH)]
         fixes = self.entropy_fix and riemann.eigenvectors
@@ -106,13 +111,17 @@ class WavePropagation(Scheme):
             every = (*first, "speeds", "waves") if self.order == 2 else (*first, "speeds") if fixes else first
             result.append(Stage(fall_back, (*_FACE, *_here(*every)), every if self.order == 2 else first,
                                 guard=distrusted_or_fixed if fixes else distrusted))
+        if self.in_cell_shocks:
+            result.append(resolving((*_BOTH, "fastest", *(("speeds", "waves") if self.order == 2 else ()))))
         terms = self._corrections(parts)
         result += self._second_order(parts) if terms else []
         if model.phases:
             held = ("carried", *terms)
             result += [Stage(mass_fluxes, _here("left_going", *terms[:1]), ("carried", *terms[:1])),
                        Stage(hold_within, (*_STATES, *_here("left_going", *held)), held, guard=may_overdraw)]
-            terms = (*terms, "carried")
+        if self.in_cell_shocks and terms:
+            result.append(uncorrecting((*terms, "carried") if model.phases else terms))
+        terms = (*terms, "carried") if model.phases else terms
         return (*result, Stage(to_left, _here("left_going", *terms), ("to_left",), light=True),
                 Stage(to_right, _here("right_going", *terms), ("to_right",), light=True),
                 Stage(net_fluctuation, (Read("to_right", 0, 0), Read("to_left", 1, 1)), ("net",)))
@@ -120,7 +129,7 @@ class WavePropagation(Scheme):
     def _second_order(self, parts: Parts) -> list[Stage]:
         """The stages of the corrections: they write "correction" and, where the model has it, "cross"."""
         result = []
-        if parts.model.defines("relaxation") and not self.riemann.positive:
+        if self.in_cell_shocks or (parts.model.defines("relaxation") and not self.riemann.positive):
             result.append(Stage(upwinding, _here("speeds"), ("sides",), light=True))
         limits = any(limiter.limits for limiter in parts.limiters)
         if limits:
@@ -139,31 +148,9 @@ class WavePropagation(Scheme):
         return ("correction", "cross") if self.cross_term and parts.model.defines("cross") else ("correction",)
 
 
-def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves; see `fvkit.schemes.static`."""
-    whole, net = jumps(parts, ql, qr, auxl, auxr)
-    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
-    if net is not whole:
-        waves = without_held(parts.model, whole, net, waves)
-    fastest = np.abs(speeds[0])
-    for speed in speeds[1:]:
-        fastest = maximum(fastest, np.abs(speed))
-    return sliding(whole, net), waves, speeds, fastest
-
-
 def upwinding(parts, ratio, speeds):
     """Return half the sign of every speed."""
     return (half_signs(speeds),)
-
-
-def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
-    """Split the jump of a face into what travels left and what travels right."""
-    left = weighted([0.5 - side for side in sides], waves)
-    if any(source.defines("limit_jump") for source in parts.sources):
-        standing = subtract(jump, weighted([1.0] * len(waves), waves))
-        left = combine(1.0, left, 0.5, standing)
-    left = anchored(parts, ql, left)
-    return left, right_going(parts, jump, left)
 
 
 def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
