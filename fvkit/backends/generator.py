@@ -25,9 +25,6 @@ from fvkit.schemes.base import Parts, Read, Scheme, Stage
 #: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
 TILE, SPARE = 509, 19
 
-#: Places per block of a sparse stage.
-SPARSE = 8
-
 #: Fields whose values the step itself needs after the stages.
 _KEPT = ("fastest", "to_left")
 
@@ -192,11 +189,16 @@ class Generator:
         tells where nodes stand that an earlier loop has stored.
         """
         self.emit(f"for j in range({count}):", depth)
-        names = self.assign([value for _, value in (*extra, *writes)], depth + 1, always=always, rows=rows or {})
+        self.compute(writes, low, extra, depth + 1, always, rows)
+
+    def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int, always: bool = False,
+                rows: dict[int, str] | None = None) -> None:
+        """The body of a `loop`."""
+        names = self.assign([value for _, value in (*extra, *writes)], depth, always=always, rows=rows or {})
         for (line, _), name in zip(extra, names, strict=False):
-            self.emit(line.format(name), depth + 1)
+            self.emit(line.format(name), depth)
         for (row, _), name in zip(writes, names[len(extra):], strict=True):
-            self.emit(f"{row.at(low)} = {name}", depth + 1)
+            self.emit(f"{row.at(low)} = {name}", depth)
 
     def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False,
                rows: dict[int, str] | None = None) -> list[str]:
@@ -331,15 +333,17 @@ class Generator:
         extra: list[tuple[str, Any]] = []
         changed: dict[str, Any] = {}
         behind: list[dict[str, Any]] = []
-        guards: list[Any] = []
+        masks: dict[int, tuple[Row, Any]] = {}
         for k, stage in enumerate(guarded):
             inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
-            guards.append(stage.guard(self.parts, self.ratio, *inputs))  # type: ignore[misc]
-            extra.append((f"hit{k} = hit{k} | {{}}", guards[-1]))
+            asks = stage.guard(self.parts, self.ratio, *inputs)  # type: ignore[misc]
+            extra.append((f"hit{k} = hit{k} | {{}}", asks))
+            if stage.sparse:
+                masks[k] = self.new_row(low), self.graph.node("where", asks, 1.0, 0.0)
             behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
             changed |= behind[-1]
-            later = later | {read.field for read in self.reads(stage)}
+            later = later | {read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
         largest = self.graph.node("load", "smx[j]")
         if "fastest" in own and "fastest" not in changed:
             extra.append(("smx[j] = {}", self.graph.node("maximum", own["fastest"], largest)))
@@ -348,25 +352,30 @@ class Generator:
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
         writes = self.store(kept, low, changed)
-        self.loop(count, writes, low, extra, always=True)
+        self.loop(count, [*writes, *masks.values()], low, extra, always=True)
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
-            if guarded[k].sparse:
-                self.blocks_that_ask(count, guards[k], self.restore(values), low, rows)
+            if k in masks:
+                self.where_asked(count, masks[k][0], self.restore(values), low, rows)
             else:
                 self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
         if "fastest" in changed:
             self.loop(count, [], low, [("smx[j] = {}", self.graph.node("maximum", self.value("fastest", low, {}, low), largest))])
 
-    def blocks_that_ask(self, count: str, guard: Any, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
-        """The loop of a sparse stage: it asks the guard again, block by block, and computes those blocks where it holds."""
-        self.emit(f"for start in range(0, {count}, {SPARSE}):", 2)
-        self.emit(f"stop = min(start + {SPARSE}, {count})", 3)
-        self.emit("asked = 0", 3)
-        self.loop("start, stop", [], low, [("asked = asked | {}", guard)], depth=3, rows=rows)
-        self.emit("if asked != 0:", 3)
-        self.loop("start, stop", writes, low, [], depth=4, rows=rows)
+    def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
+        """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.
+
+        They are listed first: a condition inside the loop would be vectorised, and everything computed everywhere.
+        """
+        self.emit("places = 0", 2)
+        self.emit(f"for j in range({count}):", 2)
+        self.emit(f"if {mask.at(low)} != 0.0:", 3)
+        self.emit(f"buf[{mask.number * (TILE + SPARE)} + places] = j", 4)
+        self.emit("places += 1", 4)
+        self.emit("for k in range(places):", 2)
+        self.emit(f"j = int(buf[{mask.number * (TILE + SPARE)} + k])", 3)
+        self.compute(writes, low, [], 3, rows=rows)
 
     def run(self, stages: list[Stage], low: int) -> dict[str, Any]:
         """Symbols of what stages that share a loop write, at ``low``."""

@@ -11,13 +11,11 @@ Idea: Chalons (2020); Pimentel-Garcia, Castro, Chalons, Morales de Luna, Pares (
 isolation, dominance and the treatment of ties: derived here.
 """
 
-from typing import Any
-
 import numpy as np
 
-from fvkit.pointwise import TINY, add, maximum, minimum, scale, subtract, weighted, where
+from fvkit.pointwise import TINY, add, maximum, scale, subtract, weighted, where
 from fvkit.schemes.base import Read, Stage
-from fvkit.schemes.dry import hold_within, uneven
+from fvkit.schemes.dry import hold_within, mass_fluxes, uneven
 from fvkit.schemes.fluctuations import fluctuations, half_signs, riemann_problem
 from fvkit.schemes.static import jumps, sliding
 
@@ -43,21 +41,29 @@ def finding(model):
 
     around = (Read("q", -1, 1), Read("aux", -1, 1))
     return [Stage(contrast, around, ("contrast",)), Stage(empty, (), _FRONT),
-            Stage(take_apart, (*(Read("contrast", at, at) for at in (-2, 0, 2)), *around, *(Read(name, 0, 0) for name in _FRONT)),
-                  _FRONT, guard=worth_a_look, sparse=True),
+            Stage(take_apart, (*(Read("contrast", at, at) for at in (-2, 0, 2)), *around), _FRONT, guard=worth_a_look, sparse=True),
             Stage(keep_the_stronger, (Read("strength", -1, 1),), ("marked",), light=True)]
 
 
-def resolving(written):
-    """Return the stage that solves the faces of marked cells again; ``written`` are all fields of a face that come of it."""
-    sides = tuple(Read(name, -1, 0) for name in ("q", "aux", "marked", "crossing", "front_left", "front_right"))
-    return Stage(resolve, (*sides, *(Read(name, 0, 0) for name in written)), written, guard=beside_a_front, sparse=True)
+def resolving(waves):
+    """Return the stage that solves the faces of marked cells again; it writes ``waves``, the fields that keep waves, too."""
+    sides = tuple(Read(name, -1, 0) for name in ("marked", "q", "aux", "crossing", "front_left", "front_right"))
+    written = ("left_going", "right_going", "fastest", *waves)
+
+    def resolved(*inputs):
+        return resolve(*inputs)[:len(written)]
+
+    return Stage(resolved, sides, written, guard=beside_a_front, sparse=True)
 
 
-def uncorrecting(written):
-    """Return the stage that makes faces of marked cells first order; ``written`` are the corrections and the mass fluxes."""
-    reads = (Read("q", -1, 0), Read("marked", -1, 0), *(Read(name, 0, 0) for name in ("left_going", *written)))
-    return Stage(uncorrected, reads, written, guard=uncorrected_asks, sparse=True)
+def uncorrecting(corrections, masses):
+    """Return the stage that makes faces of marked cells first order: no corrections, mass fluxes without them in their window."""
+    def uncorrected(parts, ratio, markedl, markedr, ql, qr, left):
+        none = tuple((0.0,) * len(left) for _ in corrections)
+        return (*none, *hold_within(parts, ratio, ql, qr, left, *mass_fluxes(parts, ratio, left))) if masses else none
+
+    reads = (Read("marked", -1, 0), Read("q", -1, 0), Read("left_going", 0, 0))
+    return Stage(uncorrected, reads, (*corrections, *masses), guard=beside_a_front, sparse=True)
 
 
 def size(model, difference):
@@ -84,7 +90,7 @@ def worth_a_look(parts, ratio, upstream, change, downstream, before, here, after
     return (change > WEAKEST * depth) & (upstream <= most) & (downstream <= most)
 
 
-def take_apart(parts, ratio, upstream, change, downstream, before, here, after, aux_before, aux, aux_after, *none):
+def take_apart(parts, ratio, upstream, change, downstream, before, here, after, aux_before, aux, aux_after):
     """Return strength, crossing speed, w_l and w_r of the shock in a cell; strength 0 where there is none.
 
     The strongest Roe wave of the neighbours, both on the bottom of the cell, is a shock in the cell where its states have
@@ -100,8 +106,7 @@ def take_apart(parts, ratio, upstream, change, downstream, before, here, after, 
     rows = measured(model)
     norm = sum(shock[row] * shock[row] for row in rows) + TINY
     behind = sum((right[row] - here[row]) * shock[row] for row in rows) / norm
-    accepted = (worth_a_look(parts, ratio, upstream, change, downstream, before, here, after)
-                & (others <= strength) & (behind > 0.0) & (behind < 1.0)
+    accepted = ((others <= strength) & (behind > 0.0) & (behind < 1.0)
                 & (strength > WEAKEST * 0.5 * (size(model, a) + size(model, c)))
                 & (own_speed(model, left, aux, shock, family) > own_speed(model, right, aux, shock, family)))
     for row in model.mass_rows():
@@ -116,7 +121,7 @@ def take_apart(parts, ratio, upstream, change, downstream, before, here, after, 
     way = np.abs(speed) * ratio
     room = where(speed > 0.0, 1.0 - behind, behind)
     crossing = np.sign(speed) * (maximum(way - room, 0.0) / (ratio + TINY))
-    return chosen(accepted, (strength, crossing, left, right), none)
+    return where(accepted, strength, 0.0), crossing, left, right
 
 
 def strongest(model, a, c, waves, speeds):
@@ -165,50 +170,33 @@ def keep_the_stronger(parts, ratio, before, here, after):
 
 # ---------------------------------------------------------------------- what their faces do
 
-def beside_a_front(parts, ratio, ql, qr, auxl, auxr, markedl, markedr, *others):
+def beside_a_front(parts, ratio, markedl, markedr, *others):
     """Whether one of the cells of a face is marked."""
     return markedl | markedr
 
 
-def resolve(parts, ratio, ql, qr, auxl, auxr, markedl, markedr, crossingl, crossingr, l_of_l, l_of_r, r_of_l, r_of_r, *old):
-    """Solve a face again between the states of the fronts, with what fronts carry through it and do inside their cells.
+def resolve(parts, ratio, markedl, markedr, ql, qr, auxl, auxr, crossingl, crossingr, l_of_l, l_of_r, r_of_l, r_of_r):
+    """Solve a face between the states of the fronts, with what fronts carry through it and do inside their cells.
 
-    ``old``, and the result: fluctuations left and right, fastest speed, and at second order speeds and waves.
+    ``l_of_r`` is w_l of the right cell, and so on. Returned are the fluctuations left and right, the fastest speed, and at
+    second order speeds and waves.
     """
     l_of_l, r_of_l = chosen(markedl, l_of_l, ql), chosen(markedl, r_of_l, ql)
     l_of_r, r_of_r = chosen(markedr, l_of_r, qr), chosen(markedr, r_of_r, qr)
     jump, waves, speeds, fastest = riemann_problem(parts, ratio, r_of_l, l_of_r, auxl, auxr)
     left, right = fluctuations(parts, ratio, r_of_l, l_of_r, jump, waves, half_signs(speeds))
-    carried = weighted((where(markedl, maximum(crossingl, 0.0), 0.0), where(markedr, -minimum(crossingr, 0.0), 0.0)),
-                       (subtract(r_of_l, l_of_l), subtract(r_of_r, l_of_r)))
-    inl = sliding(*jumps(parts, l_of_l, r_of_l, auxl, auxl))
-    inr = sliding(*jumps(parts, l_of_r, r_of_r, auxr, auxr))
+    forth, back = where(markedl, maximum(crossingl, 0.0), 0.0), where(markedr, maximum(-crossingr, 0.0), 0.0)
+    carried = weighted((forth, back), (subtract(r_of_l, l_of_l), subtract(r_of_r, l_of_r)))
+    insidel = sliding(*jumps(parts, l_of_l, r_of_l, auxl, auxl))
+    insider = sliding(*jumps(parts, l_of_r, r_of_r, auxr, auxr))
     rows = parts.model.mass_rows()
     left = tuple([item - through if k in rows else item + 0.5 * inside - through
-                  for k, (item, inside, through) in enumerate(zip(left, inl, carried, strict=True))])
+                  for k, (item, inside, through) in enumerate(zip(left, insidel, carried, strict=True))])
     right = tuple([item if k in rows else item + 0.5 * inside + through
-                   for k, (item, inside, through) in enumerate(zip(right, inr, carried, strict=True))])
-    return chosen(markedl | markedr, (left, right, fastest, speeds, waves)[:len(old)], old)
-
-
-def uncorrected_asks(parts, ratio, ql, qr, markedl, markedr, *others):
-    """Whether one of the cells of a face is marked."""
-    return markedl | markedr
-
-
-def uncorrected(parts, ratio, ql, qr, markedl, markedr, left, *old):
-    """Return corrections of 0, and mass fluxes without them, within their window, at the faces of marked cells."""
-    rows = parts.model.mass_rows()
-    count = len(old) - (1 if rows else 0)
-    plain: Any = tuple(tuple(0.0 for _ in term) for term in old[:count])
-    if rows:
-        (held,) = hold_within(parts, ratio, ql, qr, left, tuple([left[row] for row in rows]))
-        plain = (*plain, held)
-    return chosen(markedl | markedr, plain, old)
+                   for k, (item, inside, through) in enumerate(zip(right, insider, carried, strict=True))])
+    return left, right, fastest, speeds, waves
 
 
 def chosen(condition, new, old):
-    """Return ``new`` where the condition holds, else ``old``, for nested tuples; equal constants stay constants."""
-    if isinstance(old, tuple):
-        return tuple([chosen(condition, mine, other) for mine, other in zip(new, old, strict=True)])
-    return old if isinstance(new, float) and isinstance(old, float) and new == old else where(condition, new, old)
+    """Return the tuple ``new`` where the condition holds, else ``old``."""
+    return tuple([where(condition, mine, other) for mine, other in zip(new, old, strict=True)])

@@ -112,7 +112,7 @@ class WavePropagation(Scheme):
             result.append(Stage(fall_back, (*_FACE, *_here(*every)), every if self.order == 2 else first,
                                 guard=distrusted_or_fixed if fixes else distrusted))
         if self.in_cell_shocks:
-            result.append(resolving((*_BOTH, "fastest", *(("speeds", "waves") if self.order == 2 else ()))))
+            result.append(resolving(("speeds", "waves") if self.order == 2 else ()))
         terms = self._corrections(parts)
         result += self._second_order(parts) if terms else []
         if model.phases:
@@ -120,7 +120,7 @@ class WavePropagation(Scheme):
             result += [Stage(mass_fluxes, _here("left_going", *terms[:1]), ("carried", *terms[:1])),
                        Stage(hold_within, (*_STATES, *_here("left_going", *held)), held, guard=may_overdraw)]
         if self.in_cell_shocks and terms:
-            result.append(uncorrecting((*terms, "carried") if model.phases else terms))
+            result.append(uncorrecting(terms, ("carried",) if model.phases else ()))
         terms = (*terms, "carried") if model.phases else terms
         return (*result, Stage(to_left, _here("left_going", *terms), ("to_left",), light=True),
                 Stage(to_right, _here("right_going", *terms), ("to_right",), light=True),
