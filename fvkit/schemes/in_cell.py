@@ -25,6 +25,10 @@ WEAKEST = 0.02
 #: A shock is isolated where two cells further the change is at most this share of its own: smooth waves are not.
 ISOLATED = 0.5
 
+#: The same for the outer fields. Their shocks are sharp, and need this only where they carry something of an inner field with
+#: them, such as slip; steep smooth surface waves on coarse grids would pass the weaker test.
+SHARP = 0.3
+
 #: Two neighbours count as equal, and neither holds a shock, where their strengths differ by less than this share: else
 #: rounding would choose between mirror images.
 TIE = 1e-9
@@ -106,7 +110,9 @@ def take_apart(parts, ratio, upstream, change, downstream, before, here, after, 
     rows = measured(model)
     norm = sum(shock[row] * shock[row] for row in rows) + TINY
     behind = sum((right[row] - here[row]) * shock[row] for row in rows) / norm
-    accepted = ((others <= strength) & (behind > 0.0) & (behind < 1.0)
+    outer = (family == 0.0) | (family == len(waves) - 1.0)
+    most = where(outer, SHARP, ISOLATED) * change
+    accepted = ((upstream <= most) & (downstream <= most) & (others <= strength) & (behind > 0.0) & (behind < 1.0)
                 & (strength > WEAKEST * 0.5 * (size(model, a) + size(model, c)))
                 & (own_speed(model, left, aux, shock, family) > own_speed(model, right, aux, shock, family)))
     for row in model.mass_rows():
