@@ -128,7 +128,7 @@ class NumpyKernel(StepwiseKernel):
             if stage.writes == ("to_left",):
                 self._close_walls(fields, start, n)
             inputs = [_cut(fields[field], part) for field, part in reads]
-            asks = True if stage.guard is None else stage.guard(self.parts, ratio, *inputs)
+            asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, *inputs)
             if not np.any(asks):
                 continue
             if stage.sparse:

@@ -11,6 +11,8 @@ Idea: Chalons (2020); Pimentel-Garcia, Castro, Chalons, Morales de Luna, Pares (
 isolation, dominance and the treatment of ties: derived here.
 """
 
+from typing import Any
+
 import numpy as np
 
 from fvkit.pointwise import TINY, add, maximum, scale, subtract, weighted, where
@@ -44,8 +46,9 @@ def finding(model):
         return 0.0, 0.0, none, none
 
     around = (Read("q", -1, 1), Read("aux", -1, 1))
+    distant = tuple(Read("contrast", at, at) for at in (-2, 0, 2))
     return [Stage(contrast, around, ("contrast",)), Stage(empty, (), _FRONT),
-            Stage(take_apart, (*(Read("contrast", at, at) for at in (-2, 0, 2)), *around), _FRONT, guard=worth_a_look, sparse=True),
+            Stage(take_apart, (*distant, *around), _FRONT, guard=worth_a_look, sparse=True),
             Stage(keep_the_stronger, (Read("strength", -1, 1),), ("marked",), light=True)]
 
 
@@ -151,7 +154,8 @@ def strongest(model, a, c, waves, speeds):
         else:
             states.append((scale(0.5, add(from_left, subtract(from_right, wave))),
                            scale(0.5, add(from_right, add(from_left, wave)))))
-    (left, right), strength, speed, family = states[0], sizes[0], speeds[0], 0.0
+    (left, right), strength, speed = states[0], sizes[0], speeds[0]
+    family: Any = 0.0
     for k in range(1, count):
         more = sizes[k] > strength
         left, right = chosen(more, states[k][0], left), chosen(more, states[k][1], right)

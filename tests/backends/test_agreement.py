@@ -16,6 +16,7 @@ AXES: dict[str, tuple[str, ...]] = {
     "model": ("two-phase", "reduced", "shallow", "burgers", "advection", "acoustics"), "riemann": ("relaxation", "roe", "hll", "rusanov"),
     "limiter": ("none", "minmod", "superbee", "mc", "van-leer", "third-order"), "order": ("1", "2"),
     "boundary": ("outflow", "wall", "periodic", "inflow", "tide"), "source": ("none", "drag", "drag-godunov", "coulomb"),
+    "shocks": ("as-cells", "in-cell"),
 }
 MODELS = {"two-phase": gr.TwoPhase(), "reduced": gr.Reduced(gamma=0.4), "shallow": gr.ShallowWater(g=9.0), "burgers": fv.Burgers(),
           "advection": fv.Advection(-1.5), "acoustics": fv.Acoustics(2.0, 3.0)}
@@ -66,7 +67,7 @@ def build(choice: dict[str, str]) -> tuple[fv.Problem, fv.WavePropagation]:
                          boundary=boundary, sources=sources)
     splitting = fv.Godunov() if choice["source"] == "drag-godunov" else fv.Strang()
     return problem, fv.WavePropagation(RIEMANN[choice["riemann"]], limiter=LIMITERS[choice["limiter"]], order=int(choice["order"]),
-                                       splitting=splitting)
+                                       splitting=splitting, in_cell_shocks=choice["shocks"] == "in-cell")
 
 
 CASES = list(combinations_that_cover_every_pair())
