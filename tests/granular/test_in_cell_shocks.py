@@ -129,6 +129,14 @@ def test_piles_and_dry_ground_are_left_alone(name):
     assert np.array_equal(*ends)
 
 
+def test_without_the_option_no_stage_is_there_for_it():
+    problem = two_sides(*R2)
+    names = [[stage.compute.__module__ for stage in scheme.stages(scheme.parts(problem.model, ()))]
+             for scheme in (fv.WavePropagation(fv.Roe()), marking(fv.Roe()))]
+    assert "fvkit.schemes.in_cell" not in names[0]
+    assert names[1].count("fvkit.schemes.in_cell") == len(names[1]) - len(names[0])
+
+
 # ---------------------------------------------------------------------- what it keeps
 
 @BOTH
