@@ -1,4 +1,4 @@
-"""From waves to what travels left and right through a face.
+"""From the jump of a face to waves, and from waves to what travels left and right through it.
 
 Rows of masses hold the mass flux F of the face instead of its fluctuation: F in what goes left, and nothing in what goes
 right. Both cells then see the same number, so that masses are conserved, and stay non-negative, to the last bit.
