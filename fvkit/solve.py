@@ -198,12 +198,13 @@ def check_parts(problem: Problem, parts: Parts) -> None:
     face = (model, q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux), q)
     contract.read(type(parts.riemann), ("solve",), kind)
     waves = contract.rehearse_waves(parts.riemann, "solve", face, len(q), count)
-    if parts.limiters and len(parts.limiters) not in (1, waves):
+    if parts.reconstruction is None and len(parts.limiters) not in (1, waves):
         raise ValueError(f"`limiter` must be one limiter or one per wave family: {type(parts.riemann).__name__} with "
                          f"{kind.__name__} has {waves}, got {len(parts.limiters)}")
     if parts.reconstruction is not None:
         contract.read(type(parts.reconstruction), ("right",))
-        contract.rehearse_value(parts.reconstruction, "right", tuple(np.linspace(1.0, 2.0 + k % 3, count) for k in range(5)), count)
+        cells = tuple(np.linspace(1.0, 2.0 + k % 3, count) for k in range(5))
+        contract.rehearse_value(parts.reconstruction, "right", cells, count)
     for limiter in parts.limiters:
         contract.read(type(limiter), ("phi",))
         contract.rehearse_value(limiter, "phi", (np.linspace(-1.0, 3.0, count), np.full(count, 0.5)), count)

@@ -78,7 +78,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     averages = known.averages(finest.model, finest.grid, scene.t_end)
     profiles = {"reference": Profile(finest.grid.centers, finest.model.observables(averages, finest.aux_averages))}
     report = Report(scene.name or "unnamed", {"kind": known.kind, "detail": known.detail}, [row for row, _ in rows], machine,
-                    versions, public_name(full), profiles, (finest.grid.centers, b) if b.any() else None)
+                    versions, public_name(full), profiles, (finest.grid.centers, b) if b.any() else None,
+                    {"path_sensitivity": known.path_sensitivity()})
     solutions = {id(row): solution for row, solution in rows}
     for label, series in report.series().items():
         solution = solutions[id(series[-1])]

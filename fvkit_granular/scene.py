@@ -46,6 +46,7 @@ class Reference(ABC):
 
     1. ``kind`` is ``"exact"``, ``"semi-exact"`` (depends on a path) or ``"self-converged"``; ``detail`` is one sentence.
     2. ``averages(model, grid, t)`` returns cell averages (num_eqn, num_cells) of what the flow is to ``model``.
+    3. ``path_sensitivity()`` returns how much hangs on the path across shocks, with a line of ``text``; None if nothing.
     """
 
     kind: str = attrs.field(converter=_kind)
@@ -54,6 +55,10 @@ class Reference(ABC):
     @abstractmethod
     def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
         """Return the reference as cell averages of the conserved quantities of ``model``."""
+
+    def path_sensitivity(self) -> dict[str, Any] | None:
+        """Return what `fvkit_granular.exact.path_sensitivity` finds, None for flows without internal shocks."""
+        return None
 
 
 @attrs.frozen(eq=False)
@@ -65,9 +70,14 @@ class FunctionReference(Reference):
     kind : one of ``KINDS``.
     detail : one sentence: which solution, how accurate.
     at : (x, t) -> {h, phi, vs, vf}.
+    sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
     """
 
     at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(kw_only=True, repr=False)
+    sensitivity: Callable[[], dict[str, Any] | None] | None = attrs.field(default=None, kw_only=True, repr=False)
+
+    def path_sensitivity(self) -> dict[str, Any] | None:
+        return None if self.sensitivity is None else self.sensitivity()
 
     def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
         values = conserved(model, lambda x: self.at(x, t))

@@ -186,7 +186,8 @@ def add_up(regs, sweep, weights, first, nt, ratio, h):
 
 #: ``tiles`` for threads, each its share; ``advance`` for one, with the same step written out: a call in between would cost
 #: the compiler a second round over everything.
-DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + _ADVANCE.replace("@@\n", indent(_STEP, 12 * " ")).replace("REGISTERS", "")
+DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + (_ADVANCE.replace("@@\n", indent(_STEP, 12 * " "))
+                                                          .replace("REGISTERS", ""))
 
 #: The driver of staged schemes; its ghosts are filled sweep by sweep.
 STAGED_DRIVER = _ADD_UP + (_ADVANCE.replace("@@\n", indent(_STAGED, 12 * " "))

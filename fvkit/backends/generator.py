@@ -164,7 +164,7 @@ class Generator:
         def place(value: Any, other: Any) -> Any:
             if isinstance(value, tuple):
                 return tuple(place(item, other[k]) for k, item in enumerate(value))
-            if value is other if isinstance(value, Expr) and value.uniform else not isinstance(value, Expr) and value == other:
+            if value is other and value.uniform if isinstance(value, Expr) else not isinstance(other, Expr) and value == other:
                 return value
             writes.append((self.new_row(low), value))
             return writes[-1][0]
@@ -191,11 +191,16 @@ class Generator:
         tells where nodes stand that an earlier loop has stored.
         """
         self.emit(f"for j in range({count}):", depth)
-        names = self.assign([value for _, value in (*extra, *writes)], depth + 1, always=always, rows=rows or {})
+        self.compute(writes, low, extra, depth + 1, always, rows)
+
+    def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int, always: bool = False,
+                rows: dict[int, str] | None = None) -> None:
+        """The body of a `loop`."""
+        names = self.assign([value for _, value in (*extra, *writes)], depth, always=always, rows=rows or {})
         for (line, _), name in zip(extra, names, strict=False):
-            self.emit(line.format(name), depth + 1)
+            self.emit(line.format(name), depth)
         for (row, _), name in zip(writes, names[len(extra):], strict=True):
-            self.emit(f"{row.at(low)} = {name}", depth + 1)
+            self.emit(f"{row.at(low)} = {name}", depth)
 
     def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False,
                rows: dict[int, str] | None = None) -> list[str]:
@@ -272,7 +277,8 @@ class Generator:
         self.update(groups[-1])
         self.lines[start:start] = self.per_cell()
         body, self.lines = self.lines, []
-        self.emit(f"def {self.prefix}tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found):", 0)
+        arguments = "q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found"
+        self.emit(f"def {self.prefix}tile({arguments}):", 0)
         uniform = [node for node in self.graph.nodes
                    if node.uniform and node.operation != "uniform" and not is_condition(node)]
         for node, name in zip(uniform, self.assign(list(uniform), 1, fixed=True), strict=True):
@@ -331,13 +337,17 @@ class Generator:
         extra: list[tuple[str, Any]] = []
         changed: dict[str, Any] = {}
         behind: list[dict[str, Any]] = []
+        masks: dict[int, tuple[Row, Any]] = {}
         for k, stage in enumerate(guarded):
             inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
-            extra.append((f"hit{k} = hit{k} | {{}}", stage.guard(self.parts, self.ratio, *inputs)))  # type: ignore[misc]
+            asks = stage.guard(self.parts, self.ratio, *inputs)  # type: ignore[misc]
+            extra.append((f"hit{k} = hit{k} | {{}}", asks))
+            if stage.sparse:
+                masks[k] = self.new_row(low), self.graph.node("where", asks, 1.0, 0.0)
             behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
             changed |= behind[-1]
-            later = later | {read.field for read in self.reads(stage)}
+            later = later | {read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
         largest = self.graph.node("load", "smx[j]")
         if "fastest" in own and "fastest" not in changed:
             extra.append(("smx[j] = {}", self.graph.node("maximum", own["fastest"], largest)))
@@ -346,13 +356,30 @@ class Generator:
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
         kept = {name: value for name, value in own.items() if name in later}
         writes = self.store(kept, low, changed)
-        self.loop(count, writes, low, extra, always=True)
+        self.loop(count, [*writes, *masks.values()], low, extra, always=True)
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
-            self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
+            if k in masks:
+                self.where_asked(count, masks[k][0], self.restore(values), low, rows)
+            else:
+                self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
         if "fastest" in changed:
             self.loop(count, [], low, [("smx[j] = {}", self.graph.node("maximum", self.value("fastest", low, {}, low), largest))])
+
+    def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
+        """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.
+
+        They are listed first: a condition inside the loop would be vectorised, and everything computed everywhere.
+        """
+        self.emit("places = 0", 2)
+        self.emit(f"for j in range({count}):", 2)
+        self.emit(f"if {mask.at(low)} != 0.0:", 3)
+        self.emit(f"buf[{mask.number * (TILE + SPARE)} + places] = j", 4)
+        self.emit("places += 1", 4)
+        self.emit("for k in range(places):", 2)
+        self.emit(f"j = int(buf[{mask.number * (TILE + SPARE)} + k])", 3)
+        self.compute(writes, low, [], 3, rows=rows)
 
     def run(self, stages: list[Stage], low: int) -> dict[str, Any]:
         """Symbols of what stages that share a loop write, at ``low``."""
@@ -407,14 +434,13 @@ class Generator:
         return self.parts.model.settle(q) if self.problem.model.defines("settle") else q
 
     def ends(self) -> list[str]:
-        """Text of ``opening`` and ``finish`` of a staged scheme: what a step does to nt cells from c0 before and after its sweeps."""
+        """Text of ``opening`` and ``finish``: what a staged step does to nt cells from c0 before and after its sweeps."""
         rows, halo = len(self.problem.model.conserved), self.plan.halo
         text: list[str] = []
         for name in ("opening", "finish"):
             state = tuple(self.graph.node("load", f"q[{k}, c0 + {halo} + j]") for k in range(rows))
-            given = [name for name in self.problem.model.aux if self.problem.aux_averages[name].any()]
-            aux = tuple(self.graph.node("load", f"aux[{list(self.problem.model.aux).index(name)}, c0 + j]") if name in given else 0.0
-                        for name in self.problem.model.aux)
+            aux = tuple(self.graph.node("load", f"aux[{k}, c0 + j]") if self.problem.aux_averages[name].any() else 0.0
+                        for k, name in enumerate(self.problem.model.aux))
             self.emit("bad = 0")
             self.emit("for j in range(nt):")
             if name == "opening":

@@ -29,6 +29,8 @@ def plan(stages: tuple[Stage, ...]) -> Plan:
         wanted = [needed.pop(name) for name in stage.writes if name in needed]
         low, high = min(r[0] for r in wanted), max(r[1] for r in wanted)
         ranges.append((low, high))
+        if stage.sparse:
+            needed |= dict.fromkeys(stage.writes, (low, high))
         for field, first, last in stage.reads:
             old = needed.get(field, (low + first, high + last))
             needed[field] = (min(old[0], low + first), max(old[1], high + last))

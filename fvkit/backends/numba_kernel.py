@@ -16,7 +16,7 @@ from fvkit.backends.base import EVEN, MAX_RETRIES, Kernel, March, Outcome, step_
 from fvkit.backends.driver import DRIVER, STAGED_DRIVER
 from fvkit.backends.emit import Block
 from fvkit.backends.generator import SPARE, TILE, Source, generate
-from fvkit.backends.program import SOURCE, STATE, TRANSPORT, Program, program
+from fvkit.backends.program import STATE, TRANSPORT, Program, program
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
@@ -98,8 +98,7 @@ class NumbaKernel(Kernel):
 
     def text(self, source: Source) -> str:
         """The whole module: constants, the kernel's own functions, the time loop."""
-        constants = {"TILE": TILE, "EXTRA": 2 * self.plan.halo, "EVEN": EVEN, **{outcome.name: int(outcome) for outcome in Outcome}}
-        return _module_text(constants, source.text, DRIVER)
+        return _module_text({}, self.plan.halo, source.text, DRIVER)
 
 
 class StagedNumbaKernel(NumbaKernel):
@@ -122,10 +121,9 @@ class StagedNumbaKernel(NumbaKernel):
         return (*self._registers, self._program.last)
 
     def text(self, source: Source) -> str:
-        constants = {"TILE": TILE, "EXTRA": 2 * self.plan.halo, "EVEN": EVEN, "GHOSTS": self.plan.halo, "STATE": STATE,
-                     "TRANSPORT": TRANSPORT, **{outcome.name: int(outcome) for outcome in Outcome}}
+        constants = {"GHOSTS": self.plan.halo, "STATE": STATE, "TRANSPORT": TRANSPORT}
         name = "tile" if self.source_plan is None else "source_tile"
-        return _module_text(constants, source.text, STAGED_DRIVER.replace("SOURCES(", f"{name}("))
+        return _module_text(constants, self.plan.halo, source.text, STAGED_DRIVER.replace("SOURCES(", f"{name}("))
 
 
 def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
@@ -151,7 +149,8 @@ def _aligned(size: int) -> np.ndarray:
     return room[start:start + size]
 
 
-def _module_text(constants: dict[str, int], own: str, driver: str) -> str:
+def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str) -> str:
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, **own_constants, **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
 

@@ -31,8 +31,16 @@ class Runner:
             if stage.writes == ("to_left",) and close_walls is not None:
                 close_walls(fields)
             inputs = [_cut(fields[field], part) for field, part in reads]
-            if stage.guard is None or np.any(stage.guard(self.parts, ratio, *inputs)):
-                fields.update(zip(stage.writes, stage.compute(self.parts, ratio, *inputs), strict=True))
+            asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, *inputs)
+            if not np.any(asks):
+                continue
+            if stage.sparse:
+                places = np.flatnonzero(asks)
+                here_only = stage.compute(self.parts, ratio, *(_cut(item, places) for item in inputs))
+                written = _placed(here_only, tuple(fields[name] for name in stage.writes), places, len(asks))
+            else:
+                written = stage.compute(self.parts, ratio, *inputs)
+            fields.update(zip(stage.writes, written, strict=True))
         return fields
 
     def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
@@ -232,8 +240,21 @@ def _slice(cells: range) -> slice:
     return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
 
 
-def _cut(value: tuple[Any, ...], here: slice) -> tuple[Any, ...]:
+def _placed(new: Any, old: Any, places: np.ndarray, count: int) -> Any:
+    """The old arrays with new values at some places, in nested tuples; constants that stay remain constants."""
+    if type(old) is tuple:
+        return tuple([_placed(mine, other, places, count) for mine, other in zip(new, old, strict=True)])
+    if new is old:
+        return old
+    result = np.array(old) if np.ndim(old) else np.full(count, old)
+    result[places] = new
+    return result
+
+
+def _cut(value: Any, here: Any) -> Any:
     """The same part of every array in nested tuples; scalars stay what they are."""
+    if type(value) is not tuple:
+        return value[here] if type(value) is np.ndarray and value.ndim else value
     return tuple([(item[here] if item.ndim else item) if type(item) is np.ndarray
                   else _cut(item, here) if type(item) is tuple else item for item in value])
 

@@ -49,6 +49,7 @@ class Stage:
     writes : the fields it writes. A guarded stage writes fields that exist already.
     guard : pointwise condition with the same arguments. Where no cell of a tile asks, the stage is not run there.
     light : whether a backend may compute the stage again where it is read instead of keeping what it writes.
+    sparse : whether a guarded stage is run at the very places that ask, few of them, and leaves all others as they are.
     """
 
     compute: Callable[..., tuple[Any, ...]]
@@ -56,6 +57,7 @@ class Stage:
     writes: tuple[str, ...]
     guard: Callable[..., Any] | None = None
     light: bool = False
+    sparse: bool = False
 
 
 @attrs.frozen

@@ -119,7 +119,12 @@ def hold_within(parts, ratio, ql, qr, left, carried, correction=None, cross=None
 
 def distrusted(parts, ratio, ql, qr, auxl, auxr, left, *others):
     """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
-    found = ~inside(parts, ratio, ql, qr, left)
+    return ~inside(parts, ratio, ql, qr, left) | uneven(parts, ql, qr, auxl, auxr)
+
+
+def uneven(parts, ql, qr, auxl, auxr):
+    """Whether neighbours differ much, or a phase is rare."""
+    found: Any = False
     for smaller, larger in contrasts(parts, ql, qr, auxl, auxr):
         found = found | (0.5 * DRIER * smaller < larger)
     rows = carriers(parts.model)

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from fvkit.pointwise import add, combine, maximum, scale, subtract, weighted, where
+from fvkit.pointwise import add, combine, maximum, scale, subtract, where
 from fvkit.schemes.base import Parts, Read, Stage
 from fvkit.schemes.dry import distrusted, fall_back
-from fvkit.schemes.fluctuations import anchored, half_signs, right_going
-from fvkit.schemes.static import jumps, sliding, without_held
+from fvkit.schemes.fluctuations import fluctuations, half_signs, riemann_problem
 
 #: The fields of what a face sends to both sides.
 BOTH = ("left_going", "right_going")
@@ -42,31 +41,9 @@ def face_stages(parts: Parts, face: tuple[Read, ...], fixes: bool, waves: bool =
     return result
 
 
-def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves; see `fvkit.schemes.static`."""
-    whole, net = jumps(parts, ql, qr, auxl, auxr)
-    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
-    if net is not whole:
-        waves = without_held(parts.model, whole, net, waves)
-    fastest = np.abs(speeds[0])
-    for speed in speeds[1:]:
-        fastest = maximum(fastest, np.abs(speed))
-    return sliding(whole, net), waves, speeds, fastest
-
-
 def upwinding(parts, ratio, speeds):
     """Return half the sign of every speed."""
     return (half_signs(speeds),)
-
-
-def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
-    """Split the jump of a face into what travels left and what travels right."""
-    left = weighted([0.5 - side for side in sides], waves)
-    if any(source.defines("limit_jump") for source in parts.sources):
-        standing = subtract(jump, weighted([1.0] * len(waves), waves))
-        left = combine(1.0, left, 0.5, standing)
-    left = anchored(parts, ql, left)
-    return left, right_going(parts, jump, left)
 
 
 def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):

@@ -1,4 +1,4 @@
-"""From waves to what travels left and right through a face.
+"""From the jump of a face to waves, and from waves to what travels left and right through it.
 
 Rows of masses hold the mass flux F of the face instead of its fluctuation: F in what goes left, and nothing in what goes
 right. Both cells then see the same number, so that masses are conserved, and stay non-negative, to the last bit.
@@ -6,7 +6,30 @@ right. Both cells then see the same number, so that masses are conserved, and st
 
 import numpy as np
 
-from fvkit.pointwise import subtract, weighted
+from fvkit.pointwise import combine, maximum, subtract, weighted
+from fvkit.schemes.static import jumps, sliding, without_held
+
+
+def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
+    """Resolve the jump of a face, less what static forces hold back, into waves; see `fvkit.schemes.static`."""
+    whole, net = jumps(parts, ql, qr, auxl, auxr)
+    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
+    if net is not whole:
+        waves = without_held(parts.model, whole, net, waves)
+    fastest = np.abs(speeds[0])
+    for speed in speeds[1:]:
+        fastest = maximum(fastest, np.abs(speed))
+    return sliding(whole, net), waves, speeds, fastest
+
+
+def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
+    """Split the jump of a face into what travels left and what travels right."""
+    left = weighted([0.5 - side for side in sides], waves)
+    if any(source.defines("limit_jump") for source in parts.sources):
+        standing = subtract(jump, weighted([1.0] * len(waves), waves))
+        left = combine(1.0, left, 0.5, standing)
+    left = anchored(parts, ql, left)
+    return left, right_going(parts, jump, left)
 
 
 def half_signs(speeds):

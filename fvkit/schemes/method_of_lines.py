@@ -62,7 +62,7 @@ class MethodOfLines(Scheme):
     riemann: RiemannSolver = attrs.field()
     reconstruction: Reconstruction = attrs.field(factory=MP5)
     integrator: Integrator = attrs.field(factory=SSPRK104)
-    cfl: float = attrs.field(default=None, converter=attrs.converters.optional(_validate.within(above=0.0)))
+    cfl: float = _validate.optional_number(above=0.0)
     splitting: Splitting = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:

@@ -66,6 +66,8 @@ class Report:
     full_model : the model that the reference belongs to; errors of other models include a model error.
     profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
     bottom : (x, b) of the finest grid, None if flat.
+    remarks : what else the reference says of itself, {name: dict with a line of ``text``, or None}: lines of the table,
+        entries of report.json.
     """
 
     scene: str
@@ -76,6 +78,7 @@ class Report:
     full_model: str
     profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
     bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)
+    remarks: Mapping[str, Mapping[str, Any] | None] = attrs.field(factory=dict, repr=False)
 
     def series(self) -> dict[str, list[Row]]:
         """Rows that differ only in their number of cells, {label: rows}; the label names only what varies."""
@@ -100,6 +103,7 @@ class Report:
         if others:
             text += [f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with the "
                      "scheme's on top."]
+        text += [remark["text"] for remark in self.remarks.values() if remark is not None]
         text += ["Verdict: " + self.verdict()]
         return "\n".join(text)
 
@@ -155,7 +159,7 @@ class Report:
     def to_json(self) -> str:
         """Return the report as JSON text; what is not a number is null."""
         document = {"scene": self.scene, "reference": self.reference, "machine": self.machine, "versions": self.versions,
-                    "rows": self.rows, "verdict": self.verdict()}
+                    "rows": self.rows, "verdict": self.verdict(), **self.remarks}
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def to_csv(self) -> str:

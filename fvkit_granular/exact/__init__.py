@@ -5,6 +5,7 @@
 | `shallow_water_riemann` | dam breaks, wet and dry, vacuum | exact | Stoker, Ritter | rounding |
 | `reduced_riemann` | Riemann problem of the reduced model | exact | derived here | rounding |
 | `two_phase_riemann` | Riemann problem of the full model | semi-exact (path) | derived here | 1e-10, path given |
+| `path_sensitivity` | spread of its internal shocks over paths | semi-exact (path) | derived here | 1e-10 |
 | `rarefaction_fans` | full model, fans in all four fields | exact | derived here | 1e-10 |
 | `simple_wave` | smooth wave until it breaks | exact | characteristics | 1e-12 |
 | `steady_flow`, `bernoulli_depth` | steady flow over a bottom | exact | Bernoulli | rounding |
@@ -20,6 +21,7 @@ is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every
 
 from fvkit_granular.exact.drag import UniformDrag, uniform_drag
 from fvkit_granular.exact.fans import RarefactionFans, rarefaction_fans
+from fvkit_granular.exact.path_sensitivity import path_sensitivity
 from fvkit_granular.exact.paths import PATHS
 from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
 from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
@@ -51,6 +53,7 @@ __all__ = [
     "block_stop",
     "critical_depth",
     "hump",
+    "path_sensitivity",
     "rarefaction_fans",
     "reduced_riemann",
     "shallow_water_riemann",
