@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from fvkit import _validate, contract
-from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, make_kernel, numpy_kernel
+from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, array_kernel, make_kernel
 from fvkit.problem import Problem
 from fvkit.progress import reporter
 from fvkit.schemes import Parts, Scheme, WavePropagation
@@ -312,7 +312,7 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
         (t, q) -> dq/dt, q of shape (num_eqn, num_cells) or flat; the result has the shape of q.
     """
     chosen, parts = assemble(problem, scheme)
-    kernel, model, shape = numpy_kernel(problem, chosen, parts), problem.model, problem.q0.shape
+    kernel, model, shape = array_kernel(problem, chosen, parts), problem.model, problem.q0.shape
     aux = tuple(problem.aux_averages[name] for name in model.aux)
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:

@@ -15,11 +15,21 @@ from fvkit.schemes.base import Parts, Scheme
 #: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
 BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
 
-__all__ = ["BACKENDS", "CHUNK", "Kernel", "March", "NumbaKernel", "NumpyKernel", "Outcome", "Untraceable", "make_kernel",
-           "numpy_kernel"]
+__all__ = [
+    "BACKENDS",
+    "CHUNK",
+    "Kernel",
+    "March",
+    "NumbaKernel",
+    "NumpyKernel",
+    "Outcome",
+    "Untraceable",
+    "array_kernel",
+    "make_kernel",
+]
 
 
-def numpy_kernel(problem: Problem, scheme: Scheme, parts: Parts) -> NumpyKernel:
+def array_kernel(problem: Problem, scheme: Scheme, parts: Parts) -> NumpyKernel:
     """Return the NumPy kernel that fits a scheme."""
     return (NumpyKernel if scheme.time_integrator is None else StagedNumpyKernel)(problem, scheme, parts)
 
@@ -41,7 +51,7 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     if backend == "numpy" or (backend == "auto" and not available()):
         if threads > 1:
             raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: pip install 'fvkit[fast]'")
-        return numpy_kernel(problem, scheme, parts)
+        return array_kernel(problem, scheme, parts)
     if not available():
         raise ValueError("`backend` is 'numba', which is not installed: pip install 'fvkit[fast]', or backend='numpy'")
     staged = scheme.time_integrator is not None
@@ -55,4 +65,4 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
         if backend == "numba":
             raise
         warnings.warn(f"the NumPy backend is used: {error}", RuntimeWarning, stacklevel=4)
-        return numpy_kernel(problem, scheme, parts)
+        return array_kernel(problem, scheme, parts)
