@@ -12,6 +12,7 @@ from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.steady import MovingEquilibrium, steady
 from fvkit_granular.two_layer import TwoLayer
 from fvkit_granular.two_phase import TwoPhase
 
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning", "PitmanLe", "PitmanLeDrag",
-    "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag",
-    "Voellmy", "compare", "exact", "scene", "scene_names", "scenes",
+    "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning", "MovingEquilibrium",
+    "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater", "TwoLayer",
+    "TwoPhase", "VelocityDrag", "Voellmy", "compare", "exact", "scene", "scene_names", "scenes", "steady",
 ]
 
 
