@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from fvkit_granular import scenes
+from fvkit_granular.advise import Advice, advise
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
@@ -20,9 +21,10 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning", "MovingEquilibrium",
-    "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater", "TwoLayer",
-    "TwoPhase", "VelocityDrag", "Voellmy", "compare", "exact", "scene", "scene_names", "scenes", "steady",
+    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning",
+    "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
+    "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "scene", "scene_names",
+    "scenes", "steady",
 ]
 
 

@@ -8,7 +8,7 @@ c_i and damping K, so that phi has a root mean square spread of
 c_i T without drag and the diffusive sqrt(2 kappa T), kappa = c_i^2/K, with much. Shallow water misses rho as a whole, which acts
 over the distance a T. With S(y) the mean of |rho(x) - (rho(x-y) + rho(x+y))/2|/rho of the initial state,
 
-    e_red = 0.7 S(X) + M(F, tau)  + 0.6 M(G, T),   e_sw = 0.4 S(a T) + M(F, T - tau) + M(H, T),
+    e_red = 0.7 S(X) + M(F, tau)  + 0.6 M(G, T),   e_sw = 0.4 S(a T) + M(F, T - tau) + M(H, T) + Q,
     M(F, t) = mean |F(x + a t) - F(x - a t)| / (2 a h),   tau = (1 - exp(-K T))/K
 
 predict the mean error of the depth over the mean depth. M is what a wrong flux h dv leaves behind when it acts for the time t:
@@ -16,6 +16,10 @@ two waves that part. Mixture velocity and volume flux differ by phi (1-phi)(1-ga
 model keeps the first, so it errs while slip lasts; shallow water keeps the second, so it errs when slip is gone:
 
     F = phi (1-phi)(1-gamma)/rho h w.
+
+Slip also carries momentum, which shallow water misses: it presses like P = phi (1-phi) h w^2, and leaves
+
+    Q = mean |P(x) - (P(x + a T) + P(x - a T))/2| / (a^2 h)  times the share (1 - exp(-2 K T))/(2 K T) for which it lasts.
 
 Friction at the bed slows the solid alone, which makes a slip of R (T - tau)/(K T) at most, that goes into F to make G; and in
 shallow water it acts without buoyancy, H = 0.3 h T (R_sw - R_red), at most half of the speed. The speed is that of linear waves.
@@ -28,7 +32,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import Source, maximum
+from fvkit import Periodic, Source, maximum
 from fvkit_granular.drag import Drag
 from fvkit_granular.friction import BasalFriction
 from fvkit_granular.reduced import Reduced
@@ -80,8 +84,8 @@ def sampled(scene: Scene) -> dict[str, np.ndarray]:
     lower, upper = scene.interval
     x = lower + (np.arange(POINTS) + 0.5) * (upper - lower) / POINTS
     given = {"vs": 0.0, "vf": 0.0} | dict(scene.initial(x))
-    b = scene.bottom(x) if callable(scene.bottom) else scene.bottom
-    given["b"] = np.interp(np.arange(POINTS), np.linspace(0.0, POINTS, np.size(b)), b) if np.ndim(b) and np.size(b) != POINTS else b
+    b = scene.bottom(x) if callable(scene.bottom) else np.asarray(scene.bottom, dtype=float)
+    given["b"] = b[(np.arange(POINTS) * b.size) // POINTS] if np.ndim(b) else b
     return {"x": x} | {name: np.array(np.broadcast_to(given[name], x.shape), dtype=float)
                        for name in ("h", "phi", "vs", "vf", "b")}
 
@@ -118,11 +122,15 @@ def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indi
     tau = lasting(rate, time)
     spread = a * float(np.sqrt(0.5 * (1.0 - mean_phi) * (1.0 - gamma))) * spreading(rate, time)
     flux = np.where(wet, phi * (1.0 - phi) * (1.0 - gamma) / rho * h, 0.0)
+    period = period_of(scene)
     slowed, heavier = _friction(scene, state, wet, a, rate * time, tau)
 
     def left_behind(wrong: np.ndarray, duration: float) -> float:
-        return float(np.abs(around(x, wrong, a * duration) @ (1.0, -1.0)).mean()) / (2.0 * a * float(h.mean()))
+        return float(np.abs(around(x, wrong, a * duration, period) @ (1.0, -1.0)).mean()) / (2.0 * a * float(h.mean()))
 
+    pressing = np.where(wet, phi * (1.0 - phi) * h * w * w, 0.0)
+    unspread = np.abs(pressing - around(x, pressing, a * time, period).mean(axis=1)).mean() / (a * a * h.mean())
+    pressed = float(unspread) * lasting(2.0 * rate, time) / time
     root = np.sqrt(g * h[wet])
     fastest = np.maximum(np.abs(np.where(phi > 0.0, state["vs"], 0.0)), np.abs(np.where(phi < 1.0, state["vf"], 0.0)))[wet]
     safe = 2.0 * np.sqrt(g * h[both] * 0.5 * (1.0 - phi[both]) * (1.0 - gamma))
@@ -130,14 +138,21 @@ def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indi
         depth=float(h.mean()), speed=a, phi=mean_phi, phi_range=float(np.ptp(phi[wet])), froude=float((fastest / root).max()),
         slip=float((np.abs(w[both]) / safe).max()) if both.any() else 0.0, damping=rate * time, spread=spread,
         dry_share=float(1.0 - wet.mean()),
-        reduced=SPREAD * unevenness(x, rho, wet, spread) + left_behind(flux * w, tau) + SLOWED * left_behind(flux * slowed, time),
-        shallow=DENSITY * unevenness(x, rho, wet, a * time) + left_behind(flux * w, time - tau)
-        + left_behind(h * heavier, time))
+        reduced=SPREAD * unevenness(x, rho, wet, spread, period)
+        + left_behind(flux * w, tau) + SLOWED * left_behind(flux * slowed, time),
+        shallow=DENSITY * unevenness(x, rho, wet, a * time, period)
+        + left_behind(flux * w, time - tau) + left_behind(h * heavier, time) + pressed)
 
 
-def around(x: np.ndarray, values: np.ndarray, y: float) -> np.ndarray:
-    """Return values(x + y), values(x - y), (n, 2), the ends continued."""
-    return np.stack([np.interp(x + y, x, values), np.interp(x - y, x, values)], axis=1)
+def around(x: np.ndarray, values: np.ndarray, y: float, period: float | None = None) -> np.ndarray:
+    """Return values(x + y), values(x - y), (n, 2), the ends continued, or wrapped round where there is a period."""
+    return np.stack([np.interp(x + y, x, values, period=period), np.interp(x - y, x, values, period=period)], axis=1)
+
+
+def period_of(scene: Scene) -> float | None:
+    """Return the length of a periodic interval, m; None where its ends are others."""
+    sides = scene.boundary if isinstance(scene.boundary, (tuple, list)) else (scene.boundary,)
+    return scene.interval[1] - scene.interval[0] if isinstance(sides[0], Periodic) else None
 
 
 def _rate(scene: Scene, phi: float, slip: float) -> float:
@@ -152,14 +167,14 @@ def _rate(scene: Scene, phi: float, slip: float) -> float:
 def _friction(scene: Scene, state: dict[str, np.ndarray], wet: np.ndarray, a: float, damping: float,
               tau: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the slip that friction makes, and the excess of velocity of shallow water for want of its buoyancy, m/s."""
-    x, time = state["x"], scene.t_end
+    x, time, period = state["x"], scene.t_end, period_of(scene)
     laws = [law for law in given_sources(scene) if isinstance(law, BasalFriction)]
     if not laws:
         return np.zeros_like(x), np.zeros_like(x)
     rho = state["phi"] + scene.gamma * (1.0 - state["phi"])
     mean = (state["phi"] * state["vs"] + scene.gamma * (1.0 - state["phi"]) * state["vf"]) / rho
-    surface = around(x, state["h"] + state["b"], a * time) @ (-1.0, 1.0)
-    v = np.where(wet, around(x, mean, a * time) @ (0.5, 0.5) + scene.g / (2.0 * a) * surface, 0.0)
+    surface = around(x, state["h"] + state["b"], a * time, period) @ (-1.0, 1.0)
+    v = np.where(wet, around(x, mean, a * time, period) @ (0.5, 0.5) + scene.g / (2.0 * a) * surface, 0.0)
     speed, depth = np.abs(v), maximum(state["h"], DRY * state["h"].max())
 
     def slowing(kind: type) -> list[np.ndarray]:
@@ -186,6 +201,6 @@ def lasting(rate: float, time: float) -> float:
     return time if rate * time < 1e-12 else float(-np.expm1(-rate * time)) / rate
 
 
-def unevenness(x: np.ndarray, rho: np.ndarray, wet: np.ndarray, y: float) -> float:
+def unevenness(x: np.ndarray, rho: np.ndarray, wet: np.ndarray, y: float, period: float | None = None) -> float:
     """Return S(y), the mean over wet points of |rho(x) - (rho(x-y) + rho(x+y))/2|/rho(x), the ends continued."""
-    return float((np.abs(rho - around(x, rho, y).mean(axis=1)) / maximum(rho, 1e-300))[wet].mean())
+    return float((np.abs(rho - around(x, rho, y, period).mean(axis=1)) / maximum(rho, 1e-300))[wet].mean())

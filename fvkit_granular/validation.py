@@ -1,11 +1,13 @@
 """How good the indicators of `fvkit_granular.indicators` are: random scenes, predicted against measured model errors."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fvkit import Outflow, Wall, WavePropagation, solve
+from fvkit.study.layout import table
+from fvkit_granular.advise import decide
 from fvkit_granular.drag import ConstantDrag
 from fvkit_granular.friction import CoulombFriction
 from fvkit_granular.indicators import indicators
@@ -98,20 +100,36 @@ KINDS: dict[str, Callable[[Random], Scene]] = {
 }
 
 
+#: Errors below this are not compared: rounding and the grid make much of them.
+LEAST = 2e-5
+#: An error counts as measured when half as many cells change it by no more than this share of itself.
+SETTLED = 0.25
+#: Tolerances at which decisions are judged.
+TOLERANCES = (1e-3, 3e-3, 1e-2)
+
+
 class Measured(NamedTuple):
-    """Predicted and measured errors of the depth, over the mean depth, of one scene."""
+    """Errors of the depth of a model against the full one, over the mean depth, of one scene.
+
+    ``predicted``, ``measured`` and ``coarse``, on half as many cells, are pairs (reduced, shallow water); ``seconds`` are
+    those of the full model, the reduced one, shallow water.
+    """
 
     kind: str
-    scene: Scene
-    reduced: float
-    shallow: float
-    reduced_error: float
-    shallow_error: float
+    predicted: tuple[float, float]
+    measured: tuple[float, float]
+    coarse: tuple[float, float]
     seconds: tuple[float, float, float]
 
 
-def measure(scene: Scene, cells: int, kind: str = "", backend: str = "auto") -> Measured:
-    """Run a scene with the full model and its two limits, and set the differences of the depth beside their prediction."""
+def model_errors(scene: Scene, cells: int, backend: str = "auto") -> tuple[tuple[float, float], tuple[float, float, float]]:
+    """Run a scene with the full model and its two limits, each with its default solver at second order.
+
+    Returns
+    -------
+    The mean |difference| of the depth to the full model over the mean depth, of the reduced model and of shallow water; and
+    the seconds of all three.
+    """
     depths, seconds = [], []
     for model in (TwoPhase, Reduced, ShallowWater):
         problem = scene.problem(model, cells)
@@ -120,6 +138,90 @@ def measure(scene: Scene, cells: int, kind: str = "", backend: str = "auto") -> 
         seconds.append(solution.stats.seconds)
     full, reduced, shallow = depths
     mean = full.mean()
-    found = indicators(scene)
-    return Measured(kind, scene, found.reduced, found.shallow, float(np.abs(reduced - full).mean() / mean),
-                    float(np.abs(shallow - full).mean() / mean), tuple(seconds))
+    return ((float(np.abs(reduced - full).mean() / mean), float(np.abs(shallow - full).mean() / mean)),
+            (seconds[0], seconds[1], seconds[2]))
+
+
+def random_scene(kind: str, seed: int, index: int) -> Scene:
+    """Return scene number ``index`` of a kind, the same for the same seed."""
+    return KINDS[kind](np.random.default_rng([seed, list(KINDS).index(kind), index]))
+
+
+def validate(count: int, seed: int = 1, cells: int = 400, backend: str = "auto",
+             progress: Callable[[str], None] | None = None) -> list[Measured]:
+    """Measure ``count`` random scenes of the kinds that the indicators are meant for, and a quarter as many of each other kind.
+
+    Parameters
+    ----------
+    count : number of scenes of the kinds ``MEANT`` together, at least 4.
+    seed : of the scenes.
+    cells : number of cells of the coarser runs; the errors are those on twice as many.
+    backend : as for `fvkit.solve`.
+    progress : function that receives a line of text before each scene.
+    """
+    each = -(-count // len(MEANT))
+    plan = [(kind, index) for index in range(each) for kind in MEANT][:count]
+    plan += [(kind, index) for kind in BEYOND for index in range(each)]
+    rows = []
+    for number, (kind, index) in enumerate(plan):
+        if progress is not None:
+            progress(f"scene {number + 1}/{len(plan)}: {kind}")
+        scene = random_scene(kind, seed, index)
+        found = indicators(scene)
+        coarse, _ = model_errors(scene, cells, backend)
+        measured, seconds = model_errors(scene, 2 * cells, backend)
+        rows.append(Measured(kind, (found.reduced, found.shallow), measured, coarse, seconds))
+    return rows
+
+
+def quality(rows: Sequence[Measured], which: int) -> dict[str, float]:
+    """Return how well one model's error is predicted: n, Spearman, median of predicted/measured, shares within 2 and 3.
+
+    Parameters
+    ----------
+    rows : the scenes.
+    which : 0 for the reduced model, 1 for shallow water.
+    """
+    from scipy.stats import spearmanr
+
+    kept = [row for row in rows if row.measured[which] > LEAST
+            and abs(row.measured[which] - row.coarse[which]) < SETTLED * row.measured[which]]
+    predicted = np.array([row.predicted[which] for row in kept])
+    measured = np.array([row.measured[which] for row in kept])
+    ratio = predicted / measured
+    return {"n": len(kept), "spearman": float(spearmanr(predicted, measured).statistic), "median": float(np.median(ratio)),
+            "within 2": float(np.mean((ratio > 0.5) & (ratio < 2.0))),
+            "within 3": float(np.mean((ratio > 1.0 / 3.0) & (ratio < 3.0)))}
+
+
+def decisions(rows: Sequence[Measured], tol: float) -> dict[str, float]:
+    """Return the shares of scenes where the cheapest model that keeps ``tol`` is recommended, one that misses it, a dearer one."""
+    order = {"shallow-water": 0, "reduced": 1, "two-phase": 2}
+    right = missed = rich = 0
+    for row in rows:
+        chosen = order[decide(*row.predicted, tol)]
+        reduced, shallow = row.measured
+        best = 0 if shallow < tol else 1 if reduced < tol else 2
+        right, rich = right + (chosen == best), rich + (chosen > best)
+        missed += (shallow, reduced, 0.0)[chosen] >= tol
+    return {"right": right / len(rows), "misses": missed / len(rows), "rich": rich / len(rows)}
+
+
+def report(rows: Sequence[Measured]) -> str:
+    """Return the tables of `quality` and `decisions`, for all that is meant together and for every kind."""
+    groups = {"all meant": [row for row in rows if row.kind in MEANT]}
+    groups |= {kind: [row for row in rows if row.kind == kind] for kind in KINDS}
+    lines = [["scenes", "model", "n", "Spearman", "median I/e", "within x2", "within x3"]]
+    choices = [["scenes", "tol", "n", "right", "misses tol", "too rich"]]
+    for name, group in groups.items():
+        if len(group) < 3:
+            continue
+        for which, model in enumerate(("reduced", "shallow-water")):
+            q = quality(group, which)
+            lines.append([name, model, f"{q['n']}", f"{q['spearman']:.3f}", f"{q['median']:.2f}", f"{q['within 2']:.0%}",
+                          f"{q['within 3']:.0%}"])
+        for tol in TOLERANCES:
+            d = decisions(group, tol)
+            choices.append([name, f"{tol:g}", f"{len(group)}", f"{d['right']:.0%}", f"{d['misses']:.1%}", f"{d['rich']:.0%}"])
+    return (f"{table(lines)}\n\ndecisions with doubled indicators\n\n{table(choices)}\n\npredicted over measured, I/e, for errors "
+            f"above {LEAST:g} that half as many cells change by less than {SETTLED:.0%}; kinds not meant: {', '.join(BEYOND)}")
