@@ -8,16 +8,18 @@ c_i and damping K, so that phi has a root mean square spread of
 c_i T without drag and the diffusive sqrt(2 kappa T), kappa = c_i^2/K, with much. Shallow water misses rho as a whole, which acts
 over the distance a T. With S(y) the mean of |rho(x) - (rho(x-y) + rho(x+y))/2|/rho of the initial state,
 
-    e_red = 0.7 S(X) + M(F, tau)  + 0.6 M(G, T),   e_sw = 0.4 S(a T) + M(F, T - tau) + M(H, T) + Q,
+    e_red = | 0.7 S(X), M(F, tau), 0.6 M(G, T) |,   e_sw = | 0.4 S(a T), M(F, T - tau), M(H, T), Q |,
     M(F, t) = mean |F(x + a t) - F(x - a t)| / (2 a h),   tau = (1 - exp(-K T))/K
 
-predict the mean error of the depth over the mean depth. M is what a wrong flux h dv leaves behind when it acts for the time t:
-two waves that part. Mixture velocity and volume flux differ by phi (1-phi)(1-gamma)/rho times the slip w = vf - vs. The reduced
-model keeps the first, so it errs while slip lasts; shallow water keeps the second, so it errs when slip is gone:
+predict the mean error of the depth over the mean depth; | | is the root of the sum of squares. M is what a wrong flux h dv
+leaves behind when it acts for the time t: two waves that part. Mixture velocity and volume flux differ by
+phi (1-phi)(1-gamma)/rho times the slip w = vf - vs. The reduced model keeps the first, so it errs while slip lasts; shallow water
+keeps the second, so it errs when slip is gone:
 
     F = phi (1-phi)(1-gamma)/rho h w.
 
-Slip also carries momentum, which shallow water misses: it presses like P = phi (1-phi) h w^2, and leaves
+Slip moves phi, by d_x(phi (1-phi) h w) tau/h: shallow water misses half of that, the mean in time, on top of rho. And slip
+carries momentum, which shallow water misses too: it presses like P = phi (1-phi) h w^2, and leaves
 
     Q = mean |P(x) - (P(x + a T) + P(x - a T))/2| / (a^2 h)  times the share (1 - exp(-2 K T))/(2 K T) for which it lasts.
 
@@ -27,6 +29,7 @@ shallow water it acts without buoyancy, H = 0.3 h T (R_sw - R_red), at most half
 All derived here; the numbers 0.7, 0.4, 0.6, 0.3 and the half are fitted to random scenes (`fvkit advise --validate`).
 """
 
+import math
 from typing import Any
 
 import attrs
@@ -125,6 +128,9 @@ def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indi
     period = period_of(scene)
     slowed, heavier = _friction(scene, state, wet, a, rate * time, tau)
 
+    gathered = np.where(wet, np.gradient(phi * (1.0 - phi) * h * w, x) / maximum(h, DRY * h.max()), 0.0) * (0.5 * tau)
+    moved = np.clip(rho + (1.0 - gamma) * gathered, gamma, 1.0)
+
     def left_behind(wrong: np.ndarray, duration: float) -> float:
         return float(np.abs(around(x, wrong, a * duration, period) @ (1.0, -1.0)).mean()) / (2.0 * a * float(h.mean()))
 
@@ -138,10 +144,10 @@ def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indi
         depth=float(h.mean()), speed=a, phi=mean_phi, phi_range=float(np.ptp(phi[wet])), froude=float((fastest / root).max()),
         slip=float((np.abs(w[both]) / safe).max()) if both.any() else 0.0, damping=rate * time, spread=spread,
         dry_share=float(1.0 - wet.mean()),
-        reduced=SPREAD * unevenness(x, rho, wet, spread, period)
-        + left_behind(flux * w, tau) + SLOWED * left_behind(flux * slowed, time),
-        shallow=DENSITY * unevenness(x, rho, wet, a * time, period)
-        + left_behind(flux * w, time - tau) + left_behind(h * heavier, time) + pressed)
+        reduced=math.hypot(SPREAD * unevenness(x, rho, wet, spread, period), left_behind(flux * w, tau),
+                           SLOWED * left_behind(flux * slowed, time)),
+        shallow=math.hypot(DENSITY * unevenness(x, moved, wet, a * time, period), left_behind(flux * w, time - tau),
+                           left_behind(h * heavier, time), pressed))
 
 
 def around(x: np.ndarray, values: np.ndarray, y: float, period: float | None = None) -> np.ndarray:

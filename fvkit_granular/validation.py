@@ -195,7 +195,7 @@ def quality(rows: Sequence[Measured], which: int) -> dict[str, float]:
 
 
 def decisions(rows: Sequence[Measured], tol: float) -> dict[str, float]:
-    """Return the shares of scenes where the cheapest model that keeps ``tol`` is recommended, one that misses it, a dearer one."""
+    """Return the shares of scenes where the cheapest model that keeps ``tol`` is recommended, one that misses it, a dearer."""
     order = {"shallow-water": 0, "reduced": 1, "two-phase": 2}
     right = missed = rich = 0
     for row in rows:
@@ -223,5 +223,6 @@ def report(rows: Sequence[Measured]) -> str:
         for tol in TOLERANCES:
             d = decisions(group, tol)
             choices.append([name, f"{tol:g}", f"{len(group)}", f"{d['right']:.0%}", f"{d['misses']:.1%}", f"{d['rich']:.0%}"])
-    return (f"{table(lines)}\n\ndecisions with doubled indicators\n\n{table(choices)}\n\npredicted over measured, I/e, for errors "
-            f"above {LEAST:g} that half as many cells change by less than {SETTLED:.0%}; kinds not meant: {', '.join(BEYOND)}")
+    note = (f"predicted over measured, I/e, for errors above {LEAST:g} that half as many cells change by less than "
+            f"{SETTLED:.0%};\nkinds not meant: {', '.join(BEYOND)}")
+    return f"{table(lines)}\n\ndecisions with doubled indicators\n\n{table(choices)}\n\n{note}"
