@@ -1,4 +1,4 @@
-"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``."""
+"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``, and those of `stress` and `advise_command`."""
 
 import argparse
 import sys
