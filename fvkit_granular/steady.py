@@ -9,6 +9,7 @@ import numpy as np
 from fvkit import Grid, Model
 from fvkit._validate import instance, real
 from fvkit.quadrature import cell_averages
+from fvkit_granular.discrete_steady import MORE_CELLS, march
 from fvkit_granular.pressure_coupled import PressureCoupled
 from fvkit_granular.scene import conserved
 from fvkit_granular.two_phase import TwoPhase
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
 
 #: Samples of the bottom that find its highest and its lowest point.
 SAMPLES = 4001
-#: Newton steps per face, and the relative step of its difference quotients.
-STEPS, QUOTIENT = 60, 1e-6
+#: What a discrete flow may be away from the exact one, relatively.
+FAR = 0.3
+#: Depths that may pass a crest are looked for in steps of this factor, up to this factor.
+NEAR, WIDEST = 1.02, 10.0
 #: What a crest may exceed the height that a flow can pass, in depths, and still be passed: rounding.
 ROUNDING = 1e-12
 
@@ -99,14 +102,15 @@ class MovingEquilibrium:
         Raises
         ------
         ValueError
-            For a model that has more masses than momenta, or where Newton's method does not converge: beside a
-            critical point on a coarse grid.
+            For a model that has more masses than momenta, or where Newton's method does not converge or finds another
+            branch: beside a critical point on a coarse grid.
         """
         if any(len(masses) != 1 for masses, _ in model.phases) or not model.phases:
             raise ValueError(f"a discrete steady flow needs one momentum per mass, {type(model).__name__} has none such; use "
                              "`averages`")
         b = cell_averages(self.bottom, grid, None, "bottom")
-        q = self.averages(model, grid)
+        exact = self.averages(model, grid)
+        q = exact.copy()
         momenta = [momentum for _, momentum in model.phases]
         q[momenta] = model.conserved_from(**self.inflow)[momenta, None]  # type: ignore[attr-defined]
         start = [int(np.clip((self.place - grid.lower) / grid.dx, 0, grid.num_cells - 1))]
@@ -115,45 +119,13 @@ class MovingEquilibrium:
             hs, hf, _ = self.pieces[0].y_end
             critical = model.conserved_from(hs + hf, hs / (hs + hf), self.ms / hs, self.mf / hf)  # type: ignore[attr-defined]
             q[:, start[0] : start[-1] + 1] = critical[:, None]
-        for i in range(start[-1] + 1, grid.num_cells):
-            q[:, i] = across(model, q[:, i - 1], q[:, i], b[i - 1], b[i], grid.centers[i])
-        for i in range(start[0] - 1, -1, -1):
-            q[:, i] = across(model, q[:, i + 1], q[:, i], b[i + 1], b[i], grid.centers[i])
+        march(model, q, b, start[0], start[-1], grid.centers)
+        masses = list(model.mass_rows())
+        away = np.abs(q[masses] / exact[masses] - 1.0).max(axis=0)
+        if away.max() > FAR:
+            raise ValueError(f"the discrete steady flow leaves the branch of the exact one beside x = "
+                             f"{grid.centers[int(np.argmax(away > FAR))]:.6g}; {MORE_CELLS}")
         return q
-
-
-def across(model: Model, known: np.ndarray, guess: np.ndarray, b_known: float, b: float, x: float) -> np.ndarray:
-    """Return the state (num_eqn,) next to ``known`` that makes the momentum rows of ``model.jump`` vanish.
-
-    Newton's method on the masses, momenta fixed, with difference quotients of the jump.
-    """
-    masses = [rows[0] for rows, _ in model.phases]
-    momenta = [row for _, row in model.phases]
-    count = len(masses)
-    left, bl, br = tuple(known[:, None]), np.array([b_known]), np.array([b])
-
-    def rows(q: np.ndarray) -> np.ndarray:
-        return np.array(model.jump(left, tuple(q), (bl,), (br,)))[momenta]
-
-    q, best, least = guess.copy(), guess, np.inf
-    for _ in range(STEPS):
-        step = QUOTIENT * q[masses]
-        tried = np.repeat(q[:, None], 2 * count + 1, axis=1)
-        tried[masses, np.arange(1, count + 1)] += step
-        tried[masses, np.arange(count + 1, 2 * count + 1)] -= step
-        found = rows(tried)
-        residual = float(np.abs(found[:, 0]).max())
-        if not residual < least:
-            break
-        best, least = q.copy(), residual
-        slope = (found[:, 1 : count + 1] - found[:, count + 1 :]) / (2.0 * step)
-        change = np.linalg.solve(slope, found[:, 0])
-        q[masses] -= change * min(1.0, 0.5 / float(np.abs(change / q[masses]).max() + 1e-300))
-    size = float(np.abs(np.array(model.flux(tuple(best[:, None])))).max())
-    if not least < 1e-13 * size:
-        raise ValueError(f"no discrete steady flow beside x = {x:.6g} found: the jump there stays {least:.2g}; near a critical "
-                         "point take more cells, or a cell edge at the crest")
-    return best
 
 
 def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], interval: tuple[float, float],
@@ -209,6 +181,7 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
     hs, hf = state["phi"] * state["h"], (1.0 - state["phi"]) * state["h"]
     flow = discharges(chosen, hs, hf, state["vs"], state["vf"])
     if transcritical:
+        _check_crest(x, b, crest, place, top - low)
         h = _passing(flow, state["h"], state["phi"], b0, top, low)
         state = {"h": h, "phi": state["phi"], "vs": flow.ms / (state["phi"] * h), "vf": flow.mf / ((1.0 - state["phi"]) * h)}
     pieces = _pieces(flow, state, b0, top, low, transcritical, (x, b))
@@ -230,6 +203,17 @@ def _extreme(bottom: Callable[[np.ndarray], Any], x: np.ndarray, b: np.ndarray, 
     fine = np.broadcast_to(np.asarray(bottom(near), dtype=float), near.shape)
     j = int(np.argmax(sign * fine))
     return (float(fine[j]), float(near[j])) if sign * fine[j] > sign * b[k] else (float(b[k]), float(x[k]))
+
+
+def _check_crest(x: np.ndarray, b: np.ndarray, crest: float, place: float, height: float) -> None:
+    """Raise ValueError unless the bottom has one highest point or plateau inside the interval, away from the inflow."""
+    high = np.flatnonzero(b >= b.max() - 1e-9 * height)
+    if height == 0.0 or high[0] == 0 or high[-1] == x.size - 1:
+        raise ValueError(f"a transcritical flow needs its crest inside the interval, the bottom is highest at its end {crest:g}")
+    if high[-1] - high[0] + 1 != high.size:
+        raise ValueError(f"a transcritical flow needs one crest, the bottom is highest at {x[high[0]]:g} and {x[high[-1]]:g}")
+    if x[high[0]] <= place <= x[high[-1]]:
+        raise ValueError(f"`at` must not be the crest of a transcritical flow, got {place:g}: give the inflow before it")
 
 
 def _heading(flow: "Discharges", hs: float, hf: float) -> float:
@@ -274,7 +258,7 @@ def _passing(flow: "Discharges", h: float, phi: float, b0: float, top: float, lo
     """Return the depth nearest to ``h`` with which the flow is critical exactly at the crest."""
     from scipy.optimize import brentq
 
-    from fvkit_granular.exact.steady_curve import follow
+    from fvkit_granular.exact.steady_curve import Lost, follow
 
     def excess(depth: float) -> float:
         hs, hf = phi * depth, (1.0 - phi) * depth
@@ -282,18 +266,24 @@ def _passing(flow: "Discharges", h: float, phi: float, b0: float, top: float, lo
         return float(piece.y_end[2]) - top if piece.critical else depth
 
     sign = np.sign(flow.standing(phi * h, (1.0 - phi) * h))
-    depths, values = [h], [excess(h)]
-    for factor in (1.02, 1.0 / 1.02):
-        near, value = h, values[0]
-        for _ in range(120):
+    start = excess(h)
+    seen = {h: start}
+    for factor in (NEAR, 1.0 / NEAR):
+        near, value = h, start
+        while 1.0 / WIDEST < near / h < WIDEST:
             further = near * factor
             if np.sign(flow.standing(phi * further, (1.0 - phi) * further)) != sign:
                 break
-            found = excess(further)
+            try:
+                found = excess(further)
+            except Lost:
+                break
             if found * value <= 0.0:
-                return float(brentq(excess, near, further, xtol=1e-16, rtol=1e-15))
+                depth = float(brentq(excess, near, further, xtol=1e-16, rtol=1e-15))
+                # where two critical points exchange their roles the height that can be passed jumps through the crest
+                if abs(excess(depth)) < 1e-9 * h:
+                    return depth
             near, value = further, found
-        depths.append(near)
-        values.append(value)
-    raise ValueError(f"no transcritical flow: with depths from {min(depths):.6g} to {max(depths):.6g} m at the inflow it is "
-                     f"critical between {min(values):.3g} and {max(values):.3g} m above the crest; change the discharges or phi")
+            seen[near] = value
+    raise ValueError(f"no transcritical flow: with depths from {min(seen):.6g} to {max(seen):.6g} m at the inflow it is critical "
+                     f"between {min(seen.values()):.3g} and {max(seen.values()):.3g} m above the crest; change discharges or phi")

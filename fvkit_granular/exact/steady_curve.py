@@ -25,6 +25,10 @@ RTOL, ATOL = 1e-13, 1e-15
 FAR = 100.0
 
 
+class Lost(ValueError):
+    """A steady curve cannot be followed: it loses hyperbolicity, or ends."""
+
+
 @frozen
 class Discharges:
     """Discharges hs vs, hf vf, m^2/s, of two masses and the model that moves them."""
@@ -134,7 +138,7 @@ def follow(flow: Discharges, start: tuple[float, float, float], heading: float, 
 
     Raises
     ------
-    ValueError
+    Lost
         If the curve reaches neither, or passes states where characteristic speeds are complex.
     """
     def arrived(s: float, y: FloatArray) -> float:
@@ -155,11 +159,11 @@ def follow(flow: Discharges, start: tuple[float, float, float], heading: float, 
     bad = flow.margin(done.y[0], done.y[1]) < 0.0
     if bad.any():
         hs, hf, b = done.y[:, int(np.argmax(bad))]
-        raise ValueError(f"the steady flow loses hyperbolicity at b = {b:.6g}, where hs = {hs:.6g}, hf = {hf:.6g}, vs = "
+        raise Lost(f"the steady flow loses hyperbolicity at b = {b:.6g}, where hs = {hs:.6g}, hf = {hf:.6g}, vs = "
                          f"{flow.ms / hs:.6g}, vf = {flow.mf / hf:.6g}: characteristic speeds are complex, and no scheme "
                          "keeps it; take less slip, or a lower crest")
     if done.status != 1:
-        raise ValueError(f"the steady flow cannot be followed from b = {start[2]:.6g} to b = {to:.6g}: lost at hs = "
+        raise Lost(f"the steady flow cannot be followed from b = {start[2]:.6g} to b = {to:.6g}: lost at hs = "
                          f"{done.y[0, -1]:.6g}, hf = {done.y[1, -1]:.6g}, b = {done.y[2, -1]:.6g}")
     critical = len(done.t_events[0]) == 0
     return Piece(done.sol, 0.0, float(done.t[-1]), np.array(start), done.y[:, -1], critical)

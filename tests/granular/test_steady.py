@@ -182,6 +182,9 @@ def higher(x):
     (smooth_bump, {"h": 1.0}, {}, "`inflow` needs h and phi"),
     (smooth_bump, FLOWS["moving-slip"], {"at": 11.0}, "`at` must be .* <= 10"),
     (smooth_bump, {"h": 1.0, "phi": 0.6}, {"transcritical": True}, "no transcritical flow"),
+    (lambda x: -smooth_bump(x), FLOWS["moving-slip"], {"transcritical": True}, "crest inside the interval"),
+    (lambda x: smooth_bump(2.0 * x - 1.0) + smooth_bump(2.0 * x - 9.0), FLOWS["moving-slip"], {"transcritical": True}, "one crest"),
+    (smooth_bump, FLOWS["moving-slip"], {"transcritical": True, "at": 5.0}, "must not be the crest"),
 ])
 def test_where_there_is_no_such_flow_the_message_says_why(bottom, inflow, more, words):
     with pytest.raises(ValueError, match=words):
