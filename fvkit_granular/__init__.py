@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from fvkit_granular import scenes
+from fvkit_granular.advise import Advice, advise
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
@@ -12,6 +13,7 @@ from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
+from fvkit_granular.steady import MovingEquilibrium, steady
 from fvkit_granular.two_layer import TwoLayer
 from fvkit_granular.two_phase import TwoPhase
 
@@ -19,9 +21,10 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning", "PitmanLe", "PitmanLeDrag",
-    "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag",
-    "Voellmy", "compare", "exact", "scene", "scene_names", "scenes",
+    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning",
+    "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
+    "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "scene", "scene_names",
+    "scenes", "steady",
 ]
 
 

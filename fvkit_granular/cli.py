@@ -1,4 +1,4 @@
-"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``."""
+"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``, and those of `stress` and `advise_command`."""
 
 import argparse
 import sys
@@ -12,6 +12,7 @@ from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
+from fvkit_granular import advise_command
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
@@ -54,6 +55,7 @@ def register(commands: Any) -> None:
     speed.add_argument("--repeats", type=int, default=5, help="timed blocks of each case (default 5)")
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
     stress_command.register(commands, _teller)
+    advise_command.register(commands, _teller)
 
 
 def _common(parser: argparse.ArgumentParser, folder: str) -> None:

@@ -10,6 +10,7 @@ from fvkit._validate import choice
 from fvkit_granular.friction_scenes import FRICTION_SCENES
 from fvkit_granular.hard_scenes import HARD_SCENES
 from fvkit_granular.model_scenes import MODEL_SCENES
+from fvkit_granular.moving_scenes import MOVING_SCENES
 from fvkit_granular.scene import FunctionReference, Scene, two_states
 
 
@@ -142,4 +143,4 @@ def _one_velocity(observed: Mapping[str, Any], phi: float) -> dict[str, Any]:
 _SCENES: dict[str, Callable[[], Scene]] = {
     "riemann": riemann, "dam-break-phi": dam_break_phi, "phi-jump": phi_jump, "dam-break": dam_break,
     "simple-wave": simple_wave, "rest": rest, "perturbed-rest": perturbed_rest,
-} | HARD_SCENES | MODEL_SCENES | FRICTION_SCENES
+} | HARD_SCENES | MODEL_SCENES | FRICTION_SCENES | MOVING_SCENES

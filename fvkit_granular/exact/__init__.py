@@ -9,6 +9,7 @@
 | `rarefaction_fans` | full model, fans in all four fields | exact | derived here | 1e-10 |
 | `simple_wave` | smooth wave until it breaks | exact | characteristics | 1e-12 |
 | `steady_flow`, `bernoulli_depth` | steady flow over a bottom | exact | Bernoulli | rounding |
+| `gr.steady` | steady two-phase and two-layer flow, any slip | exact | derived here | 1e-12 |
 | `uniform_drag` | decay of the slip in a uniform state | exact | derived here | rounding |
 | `accelerated`, `sliding_acceleration` | what slides with Coulomb friction down a plane | as inside | derived here | as inside |
 | `block_stop` | a block that friction stops | exact | derived here | rounding |

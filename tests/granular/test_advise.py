@@ -1,0 +1,189 @@
+"""Advice: the numbers of a scene, what they predict against what runs give, and what is recommended."""
+
+import time
+
+import attrs
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.cli import main
+from fvkit_granular.advise import decide
+from fvkit_granular.indicators import indicators, lasting, sampled, spreading
+from fvkit_granular.resolution import resolution
+from fvkit_granular.validation import KINDS, MEANT, Measured, decisions, model_errors, quality, random_scene, report, validate
+from tests.cases import solve
+
+
+def scene(**changes):
+    given = {"interval": (0.0, 10.0), "t_end": 0.4, "initial": lambda x: {"h": 1.0 + 0.1 * np.exp(-((x - 5.0) ** 2)), "phi": 0.5}}
+    return gr.Scene(**(given | changes))
+
+
+@pytest.mark.parametrize(("drag", "spread", "reduced"), [(0.0, 0.831, 1.1e-2), (1.0, 0.660, 9.0e-3), (10.0, 0.287, 3.9e-3),
+                                                         (100.0, 0.094, 1.3e-3), (1e3, 0.030, 4.1e-4)])
+def test_numbers_of_the_dam_break_with_drag(drag, spread, reduced):
+    found = indicators(attrs.evolve(gr.scene("dam-break-phi"), sources=gr.ConstantDrag(drag)))
+    assert found.damping == pytest.approx(0.5 * drag * (0.55 + 0.45 * 0.5) / (0.55 * 0.45))
+    assert found.spread == pytest.approx(spread, rel=0.02)
+    assert found.reduced == pytest.approx(reduced, rel=0.05)
+    assert found.shallow == pytest.approx(1.9e-2, rel=0.02)
+
+
+def test_limits_of_spread_and_of_slip():
+    assert spreading(0.0, 0.7) == 0.7
+    assert spreading(1e-4, 0.7) == pytest.approx(spreading(2e-3, 0.7), rel=1e-3)
+    assert spreading(1e6, 0.7) == pytest.approx(np.sqrt(2.0 * 0.7 / 1e6), rel=1e-5)
+    assert (lasting(0.0, 0.7), lasting(1e6, 0.7)) == pytest.approx((0.7, 1e-6))
+
+
+def test_uniform_phi_without_slip_needs_no_phases_and_a_lasting_slip_harms_the_reduced_model_more():
+    assert (indicators(scene()).reduced, indicators(scene()).shallow) == (0.0, 0.0)
+
+    def slipping(x):
+        return {"h": 1.0, "phi": 0.5, "vs": 0.0, "vf": 0.05 * np.exp(-((x - 5.0) ** 2))}
+
+    free, bound = (indicators(scene(initial=slipping, sources=gr.ConstantDrag(drag))) for drag in (0.0, 1e3))
+    assert free.reduced > 2.0 * free.shallow
+    assert bound.shallow > 10.0 * bound.reduced
+    errors, _ = model_errors(scene(initial=slipping), 100, "numpy")
+    assert errors == pytest.approx((free.reduced, free.shallow), rel=0.5)
+
+
+def test_a_periodic_scene_is_the_same_wherever_it_begins():
+    def flow(shift):
+        return lambda x: {"h": 1.0, "phi": 0.5 + 0.2 * np.exp(-10.0 * np.sin(0.1 * np.pi * (x - shift)) ** 2)}
+
+    one, other = (indicators(scene(initial=flow(shift), boundary=fv.Periodic())) for shift in (5.0, 0.3))
+    assert (one.reduced, one.shallow) == pytest.approx((other.reduced, other.shallow), rel=1e-6)
+
+
+def test_predictions_are_near_what_runs_give():
+    rows = [row for row in validate(12, seed=3, cells=100, backend="numpy") if row.kind in MEANT]
+    assert [row.kind for row in rows] == list(MEANT) * 3
+    for which in (0, 1):
+        found = quality(rows, which)
+        assert found["n"] >= 8
+        assert found["spearman"] > 0.9
+        assert found["within 3"] == 1.0
+        assert found["within 2"] >= 0.8
+    for tol in (1e-3, 3e-3, 1e-2):
+        assert decisions(rows, tol)["misses"] == 0.0
+    assert "all meant  shallow-water" in report(rows)
+
+
+def test_random_scenes_are_the_same_for_the_same_seed():
+    for kind in KINDS:
+        one, same, other = (sampled(random_scene(kind, 1, index)) for index in (0, 0, 1))
+        assert all(np.array_equal(one[name], same[name]) for name in one)
+        assert not np.array_equal(one["h"], other["h"]) or not np.array_equal(one["phi"], other["phi"])
+
+
+def test_decisions_are_counted():
+    assert [decide(1e-4, 1e-3, tol) for tol in (1e-4, 1e-3, 1e-2)] == ["two-phase", "reduced", "shallow-water"]
+    times = (1.0, 1.0, 1.0)
+    rows = [Measured("dam", (1e-4, 1e-4), (2e-4, 3e-4), (2e-4, 3e-4), times),
+            Measured("dam", (1e-4, 1e-4), (2e-4, 3e-3), (2e-4, 3e-3), times),
+            Measured("dam", (1e-4, 1e-2), (2e-4, 1e-4), (2e-4, 1e-4), times),
+            Measured("dam", (1e-2, 1e-2), (2e-2, 1e-2), (2e-2, 1e-2), times)]
+    assert decisions(rows, 1e-3) == {"right": 0.5, "misses": 0.25, "rich": 0.25}
+
+
+@pytest.mark.parametrize(("name", "tol", "model", "scheme"), [
+    ("riemann", 1e-3, "two-phase", "WavePropagation(Roe, MC), order 2"),
+    ("stiff-drag", 1e-3, "reduced", "WavePropagation(Roe, MC), order 2"),
+    ("dam-break", 1e-9, "shallow-water", "WavePropagation(Roe, MC), order 2"),
+    ("simple-wave", 1e-5, "shallow-water", "MethodOfLines(Roe, MP5)"),
+    ("simple-wave", 1e-3, "shallow-water", "WavePropagation(Roe, MC), order 2"),
+    ("moving-slip", 1e-5, "two-phase", "MethodOfLines(Roe, MP5)"),
+    ("dry-dam-break", 1e-3, "shallow-water", "WavePropagation(Relaxation, MC), order 2"),
+])
+def test_what_is_recommended(name, tol, model, scheme):
+    advice = gr.advise(gr.scene(name), tol)
+    assert (advice.scene, advice.model, advice.scheme) == (name, model, scheme)
+    assert advice.grid_error <= 1.001 * tol or any("needs more than" in warning for warning in advice.warnings)
+    assert scheme in str(advice)
+
+
+@pytest.mark.parametrize(("name", "allowed"), [("dam-break", 2.0), ("dry-dam-break", 2.0), ("simple-wave", 2.5)])
+def test_the_estimated_grid_error_is_near_the_true_one(name, allowed):
+    given = gr.scene(name)
+    problem = given.problem(gr.ShallowWater, 200)
+    wanted = given.known_reference().averages(problem.model, problem.grid, given.t_end)
+    error = np.abs(solve(problem).q[-1][0] - wanted[0]).mean() / wanted[0].mean()
+    state = sampled(given)
+    estimate = resolution(given, state, indicators(given, state), two_phase=False).error(200)
+    assert 1.0 / allowed < estimate / error < allowed
+
+
+def test_cells_give_the_tolerance():
+    given = gr.scene("riemann")
+    state = sampled(given)
+    grid = resolution(given, state, indicators(given, state))
+    for tol in (1e-3, 1e-4):
+        cells = grid.cells(tol)
+        assert grid.error(cells) <= tol < grid.error(cells - 20)
+
+
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"sources": gr.CoulombFriction(0.2)}, "friction at the bed"),
+    ({"sources": gr.PitmanLeDrag(1.0, 2.0)}, "variable drag"),
+    ({"initial": lambda x: {"h": 1.0, "phi": 0.5, "vs": 2.0}}, "slip comes near"),
+    ({"boundary": fv.Wall(), "t_end": 3.0}, "back from the walls"),
+    ({"boundary": (fv.Inflow([0.5, 0.0, 0.5, 0.0]), fv.Outflow())}, "inflow"),
+])
+def test_it_says_where_it_may_fail(changes, words):
+    assert gr.advise(scene()).warnings == ()
+    (warning,) = gr.advise(scene(**changes)).warnings
+    assert words in warning
+    assert f"caution: {warning}" in gr.advise(scene(**changes)).text()
+
+
+def test_friction_without_buoyancy_speaks_against_shallow_water():
+    found = indicators(gr.scene("sliding-dam-break"))
+    assert found.shallow > 1e-3
+    assert found.reduced < 1e-6
+
+
+def test_it_takes_little_time():
+    given = gr.scene("dam-break-phi")
+    spent = []
+    for _ in range(5):
+        start = time.perf_counter()
+        gr.advise(given)
+        spent.append(time.perf_counter() - start)
+    assert min(spent) < 0.01
+
+
+@pytest.mark.parametrize(("given", "tol", "words"), [
+    (scene(initial=lambda x: {"h": 0.0, "phi": 0.5}), 1e-3, "dry everywhere"), (scene(), 0.0, "`tol` must be"), (scene(), 2.0, "< 1"),
+])
+def test_bad_input_is_refused(given, tol, words):
+    with pytest.raises(ValueError, match=words):
+        gr.advise(given, tol)
+
+
+def test_the_command_advises_and_checks(capsys):
+    assert main(["advise", "stiff-drag", "--check", "--backend", "numpy"]) == 0
+    out = capsys.readouterr().out
+    assert "stiff-drag: the reduced model suffices" in out
+    assert "reduced (advised)" in out
+    assert "grid error of reduced there, second order: estimated" in out
+
+
+def test_the_command_validates(capsys):
+    assert main(["advise", "--validate", "4", "--cells", "20", "--backend", "numpy"]) == 0
+    assert "decisions with doubled indicators" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (["advise"], "give a SCENE, or --validate N"), (["advise", "rest", "--validate", "9"], "give a SCENE"),
+    (["advise", "riemannn"], "did you mean riemann?"), (["advise", "rest", "--tol", "-1"], "`tol` must be"),
+    (["advise", "--validate", "1"], "`--validate` must be >= 4"),
+])
+def test_mistakes_are_one_line(arguments, words, capsys):
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert len(error.strip().splitlines()) == 1
