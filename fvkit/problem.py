@@ -47,6 +47,8 @@ class Problem:
     boundary : one condition, or (left, right).
     sources : a `Source` or a sequence of them.
     t_start : start time, s.
+    background : a steady flow that schemes keep to rounding, so that small waves on it are resolved: function of x as
+        ``initial``, or (num_eqn, num_cells) cell averages; None for none. Rest needs none.
 
     Attributes
     ----------
@@ -54,6 +56,8 @@ class Problem:
         (num_eqn, num_cells) initial cell averages.
     aux_averages : dict
         {name: (num_cells,)} cell averages of the aux functions.
+    background_averages : numpy.ndarray or None
+        (num_eqn, num_cells) cell averages of the background.
 
     Raises
     ------
@@ -71,8 +75,10 @@ class Problem:
     boundary: Any = attrs.field(factory=Outflow, converter=_pair)
     sources: Any = attrs.field(default=(), converter=_sources)
     t_start: float = _validate.number(0.0)
+    background: Callable[[np.ndarray], Any] | Any = attrs.field(default=None, repr=False)
     q0: np.ndarray = attrs.field(init=False, repr=False)
     aux_averages: dict[str, np.ndarray] = attrs.field(init=False, repr=False)
+    background_averages: np.ndarray | None = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
         _validate.instance(self.model, "model", Model)
@@ -82,7 +88,9 @@ class Problem:
         if not self.model.conserved:
             raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
         object.__setattr__(self, "aux_averages", self._average_aux())
-        object.__setattr__(self, "q0", self._average_initial())
+        object.__setattr__(self, "q0", self._average(self.initial, "initial"))
+        object.__setattr__(self, "background_averages",
+                           None if self.background is None else self._average(self.background, "background"))
         object.__setattr__(self, "model", _validate.instance(self.model.resolved(self.q0), "model.resolved()", Model))
         self._check_contract()
 
@@ -100,14 +108,14 @@ class Problem:
             result[name] = _validate.array(np.full(n, value) if np.ndim(value) == 0 else value, f"aux[{name!r}]", (n,))
         return result
 
-    def _average_initial(self) -> np.ndarray:
+    def _average(self, state: Any, name: str) -> np.ndarray:
         rows, n = len(self.model.conserved), self.grid.num_cells
-        given = cell_averages(self.initial, self.grid, rows, "initial") if callable(self.initial) else self.initial
-        q = _validate.array(given, "initial", (rows, n))
+        given = cell_averages(state, self.grid, rows, name) if callable(state) else state
+        q = _validate.array(given, name, (rows, n))
         for row in self.model.mass_rows():
             if (q[row] < 0.0).any():
                 cell = int(np.argmin(q[row]))
-                raise ValueError(f"`initial` must have {self.model.conserved[row]} >= 0, got {q[row, cell]:g} in cell "
+                raise ValueError(f"`{name}` must have {self.model.conserved[row]} >= 0, got {q[row, cell]:g} in cell "
                                  f"{cell} at x = {self.grid.centers[cell]:g}")
         return q
 

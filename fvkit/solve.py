@@ -183,7 +183,7 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
     chosen = default_scheme(problem) if scheme is None else _validate.instance(scheme, "scheme", Scheme)
     parts = chosen.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
     check_parts(problem, parts)
-    return chosen, parts
+    return chosen, parts if problem.background is None else chosen.around(parts)
 
 
 def default_scheme(problem: Problem) -> Scheme:

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from fvkit.backends.halo import Plan, plan
+from fvkit.backends.runner import Runner
 from fvkit.model import aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
@@ -107,6 +108,10 @@ class Kernel(ABC):
         rows = aux_rows(problem.model, problem.aux_averages)
         self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
         self.aux_edges = self.aux[:, [cell for ghosts, seen in self.ghosts for cell in _within(seen, self.halo, len(ghosts))]]
+        self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
+        self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
+        if problem.background_averages is not None:
+            self._add_background(problem.background_averages)
 
     def padded(self, q: np.ndarray) -> np.ndarray:
         """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
@@ -117,6 +122,32 @@ class Kernel(ABC):
     def inside(self, padded: np.ndarray) -> np.ndarray:
         """View of the cells of the grid."""
         return padded[:, self.halo:self.halo + self.cells]
+
+    def padded_aux(self) -> np.ndarray:
+        """The given functions on cells and ghost cells."""
+        return np.concatenate([self.aux_edges[:, :self.halo], self.aux, self.aux_edges[:, self.halo:]], axis=1)
+
+    def fill_ghosts(self, q: np.ndarray, t: float) -> None:
+        """Fill the ghost cells of a padded state."""
+        model = self.problem.model
+        given = self.ghost_values(t) if self._values is None else self._values
+        for side, (ghosts, seen), values in zip(self.problem.boundary, self._slices, given, strict=True):
+            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
+                row[ghosts] = component
+
+    def _add_background(self, averages: np.ndarray) -> None:
+        """Put what the scheme wants to know of the background behind the given functions."""
+        problem, halo = self.problem, self.halo
+        flow, aux = self.padded(averages), self.padded_aux()
+        with np.errstate(all="ignore"):
+            self.fill_ghosts(flow, problem.t_start)
+            at_faces = problem.background(problem.grid.edges) if callable(problem.background) else None
+            rows = self.scheme.background(self.parts, flow, aux, at_faces)
+            fields = {"q": tuple(flow), "aux": tuple(np.concatenate([aux, rows]))}
+            net = Runner(self.parts, self.plan, {self.cells}).run(fields, self.cells, 0.0)["net"]
+        rows = self.scheme.completed(rows, self.padded(np.array([np.broadcast_to(row, self.cells) for row in net])))
+        whole = np.concatenate([aux, rows])
+        self.aux, self.aux_edges = self.inside(whole).copy(), np.concatenate([whole[:, :halo], whole[:, -halo:]], axis=1)
 
     def _side(self, left: bool) -> tuple[range, range]:
         """Ghost cells of one side, and for each the cell that it looks at."""
@@ -159,6 +190,11 @@ def plans(scheme: Scheme, parts: Parts) -> tuple[Plan, Plan | None]:
     implicit = plan(sources)
     halo = max(transport.halo, implicit.halo)
     return attrs.evolve(transport, halo=halo), attrs.evolve(implicit, halo=halo)
+
+
+def _slice(cells: range) -> slice:
+    """The slice of the same cells; none of ours ends at index 0 going down."""
+    return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
 
 
 def _within(seen: range, halo: int, count: int) -> list[int]:

@@ -59,8 +59,8 @@ class Source:
 class Generator:
     """Builds the text of one kernel. Everything that varies without recompilation is an argument of it."""
 
-    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, prefix: str = "") -> None:
-        self.problem, self.scheme, self.plan, self.prefix = problem, scheme, plan, prefix
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool], prefix: str = "") -> None:
+        self.problem, self.scheme, self.plan, self.varies, self.prefix = problem, scheme, plan, varies, prefix
         self.staged = scheme.time_integrator is not None
         self.lines: list[str] = []
         self.graph = Graph()
@@ -77,7 +77,7 @@ class Generator:
         self.fields: dict[str, Any] = {}
         self.percell = PerCell(self.graph)
         self.read_from: dict[int, str] = {}
-        self.given = len(problem.model.conserved) + sum(bool(values.any()) for values in problem.aux_averages.values())
+        self.given = len(problem.model.conserved) + sum(varies)
         self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
 
     def _symbolic(self, part: Any) -> Any:
@@ -302,7 +302,7 @@ class Generator:
         self.fields["q"] = tuple(self.new_row(-halo) for _ in model.conserved)
         for k, row in enumerate(self.fields["q"]):
             self.copy(f"q[{k}, c0:c0 + {width}]", width, row, "0")
-        self.fields["aux"] = tuple(self.new_row(-halo) if self.problem.aux_averages[name].any() else 0.0 for name in model.aux)
+        self.fields["aux"] = tuple(self.new_row(-halo) if varies else 0.0 for varies in self.varies)
         rows = [(k, row) for k, row in enumerate(self.fields["aux"]) if isinstance(row, Row)]
         if rows:
             self.emit(f"low = max(c0 - {halo}, 0)")
@@ -439,8 +439,7 @@ class Generator:
         text: list[str] = []
         for name in ("opening", "finish"):
             state = tuple(self.graph.node("load", f"q[{k}, c0 + {halo} + j]") for k in range(rows))
-            aux = tuple(self.graph.node("load", f"aux[{k}, c0 + j]") if self.problem.aux_averages[name].any() else 0.0
-                        for k, name in enumerate(self.problem.model.aux))
+            aux = tuple(self.graph.node("load", f"aux[{k}, c0 + j]") if varies else 0.0 for k, varies in enumerate(self.varies))
             self.emit("bad = 0")
             self.emit("for j in range(nt):")
             if name == "opening":
@@ -513,21 +512,21 @@ class Generator:
         return text
 
 
-def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None = None) -> Source:
+def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None, varies: list[bool]) -> Source:
     """Return the text of the kernel's own part: ``tile`` and ``ghosts``, and for a staged scheme ``opening``, ``finish`` and,
-    with implicit sources, ``source_tile``.
+    with implicit sources, ``source_tile``. ``varies`` says which given functions are not zero everywhere.
 
     Raises
     ------
     Untraceable
         With the method, file and line of the pointwise code that only whole arrays can run.
     """
-    generator = Generator(problem, scheme, parts, plan)
+    generator = Generator(problem, scheme, parts, plan, varies)
     pieces, blocks, rows = [_located(generator.tile), _located(generator.ghosts)], generator.blocks, generator.rows
     if generator.staged:
         pieces.append(_located(generator.ends))
         if source_plan is not None:
-            implicit = Generator(problem, scheme, parts, source_plan, prefix="source_")
+            implicit = Generator(problem, scheme, parts, source_plan, varies, prefix="source_")
             pieces.append(_located(implicit.tile))
             blocks, rows = blocks + implicit.blocks, max(rows, implicit.rows)
     content = [made.text() for made in blocks]

@@ -47,7 +47,7 @@ class NumbaKernel(Kernel):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
-        source = generate(problem, scheme, parts, self.plan, self.source_plan)
+        source = generate(problem, scheme, parts, self.plan, self.source_plan, [bool(row.any()) for row in self.aux])
         started = time.perf_counter()
         self.module = _module(self.text(source), source.blocks)
         self.compile_seconds = time.perf_counter() - started

@@ -6,55 +6,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends.base import March, StepwiseKernel, Trial
-from fvkit.backends.halo import Plan
 from fvkit.backends.program import TRANSPORT, Term, program
+from fvkit.backends.runner import Field, Runner, cut
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
 #: Cells per chunk, and the number of cells above which the step is cut into chunks: temporaries then stay in cache.
 CHUNK, UNCHUNKED = 8192, 30_000
-
-Field = tuple[Any, ...]
-
-
-class Runner:
-    """Runs the stages of a plan over chunks of cells. Entry 0 of a field is the place that ``lows`` says."""
-
-    def __init__(self, parts: Parts, plan: Plan, lengths: set[int]) -> None:
-        self.parts, self.plan = parts, plan
-        self.lows = {"q": -plan.halo, "aux": -plan.halo}
-        self._reads = {n: self._reading(n) for n in lengths}
-
-    def run(self, fields: dict[str, Field], n: int, ratio: float, close_walls: Any = None) -> dict[str, Field]:
-        """Add to the fields q and aux of n cells what all stages write; ``close_walls`` changes fields before the last ones."""
-        for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
-            if stage.writes == ("to_left",) and close_walls is not None:
-                close_walls(fields)
-            inputs = [_cut(fields[field], part) for field, part in reads]
-            asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, *inputs)
-            if not np.any(asks):
-                continue
-            if stage.sparse:
-                places = np.flatnonzero(asks)
-                here_only = stage.compute(self.parts, ratio, *(_cut(item, places) for item in inputs))
-                written = _placed(here_only, tuple(fields[name] for name in stage.writes), places, len(asks))
-            else:
-                written = stage.compute(self.parts, ratio, *inputs)
-            fields.update(zip(stage.writes, written, strict=True))
-        return fields
-
-    def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
-        """For each stage, the part of each field that it reads in a chunk of n cells."""
-        result = []
-        for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
-            result.append([(field, self.part(field, offset, low, high, n))
-                           for field, first, last in stage.reads for offset in range(first, last + 1)])
-            self.lows |= dict.fromkeys(stage.writes, low)
-        return result
-
-    def part(self, field: str, offset: int, low: int, high: int, n: int) -> slice:
-        """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
-        return slice(low + offset - self.lows[field], n + high + offset - self.lows[field])
 
 
 class NumpyKernel(StepwiseKernel):
@@ -66,18 +24,15 @@ class NumpyKernel(StepwiseKernel):
         super().__init__(problem, scheme, parts)
         chunk = CHUNK if self.cells > UNCHUNKED else self.cells
         self._chunks = [(start, min(chunk, self.cells - start)) for start in range(0, self.cells, chunk)]
-        self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
-        self._steady = self.ghost_values(problem.t_start) if self.steady_boundary else None
         self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
-        edges = self.aux_edges
-        self._aux = np.concatenate([edges[:, :self.halo], self.aux, edges[:, self.halo:]], axis=1)
+        self._aux = self.padded_aux()
         self._runner = Runner(parts, self.plan, {n for _, n in self._chunks})
         self._no_flux = np.zeros((2, max(len(self.mass_rows), 1)))
 
     def trial(self, march: March, dt: float) -> Trial:
         splitting, sources = self.scheme.splitting, self.problem.sources
         q, new = march.now, march.next
-        self._fill_ghosts(q, march.t)
+        self.fill_ghosts(q, march.t)
         start = q
         if sources and splitting.before > 0.0:
             for source in sources:
@@ -101,13 +56,6 @@ class NumpyKernel(StepwiseKernel):
         if any(np.minimum.reduce(q[row]) < 0.0 for row in self.mass_rows):
             return False
         return not self.problem.model.defines("admissible") or bool(np.all(self.problem.model.admissible(tuple(q))))
-
-    def _fill_ghosts(self, q: np.ndarray, t: float) -> None:
-        model = self.problem.model
-        given = self.ghost_values(t) if self._steady is None else self._steady
-        for side, (ghosts, seen), values in zip(self.problem.boundary, self._slices, given, strict=True):
-            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
-                row[ghosts] = component
 
     def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, int, int]:
         """Write into ``out`` the state after transport for dt; return largest speed, end fluxes, lost faces and the first."""
@@ -146,14 +94,14 @@ class NumpyKernel(StepwiseKernel):
         model = self.problem.model
         if not model.defines("hyperbolic_discriminant"):
             return ()
-        ql, qr = (_cut(q, self._runner.part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
+        ql, qr = (cut(q, self._runner.part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
         if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
             return ()
         return np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
 
     def rate(self, q: np.ndarray, t: float) -> np.ndarray:
         """Return dq/dt (num_eqn, num_cells) at the padded state q: the scheme in the limit dt -> 0, sources left out."""
-        self._fill_ghosts(q, t)
+        self.fill_ghosts(q, t)
         result = np.empty((q.shape[0], self.cells))
         for start, n in self._chunks:
             for row, net in zip(result, self._run(q, start, n, 0.0)["net"], strict=True):
@@ -206,7 +154,7 @@ class StagedNumpyKernel(NumpyKernel):
         self.inside(registers[0])[:] = self.inside(q)
         for sweep in self._program.sweeps:
             state, rate = registers[sweep.state], registers[sweep.rate]
-            self._fill_ghosts(state, t + sweep.time * dt)
+            self.fill_ghosts(state, t + sweep.time * dt)
             if sweep.implicit:
                 self._source_rate(state, rate, sweep.share * dt)
             else:
@@ -233,30 +181,6 @@ class StagedNumpyKernel(NumpyKernel):
         np.multiply(self.inside(self._registers[terms[0].register]), terms[0].weight * units[terms[0].kind], out=inside)
         for term in terms[1:]:
             inside += (term.weight * units[term.kind]) * self.inside(self._registers[term.register])
-
-
-def _slice(cells: range) -> slice:
-    """The slice of the same cells; none of ours ends at index 0 going down."""
-    return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
-
-
-def _placed(new: Any, old: Any, places: np.ndarray, count: int) -> Any:
-    """The old arrays with new values at some places, in nested tuples; constants that stay remain constants."""
-    if type(old) is tuple:
-        return tuple([_placed(mine, other, places, count) for mine, other in zip(new, old, strict=True)])
-    if new is old:
-        return old
-    result = np.array(old) if np.ndim(old) else np.full(count, old)
-    result[places] = new
-    return result
-
-
-def _cut(value: Any, here: Any) -> Any:
-    """The same part of every array in nested tuples; scalars stay what they are."""
-    if type(value) is not tuple:
-        return value[here] if type(value) is np.ndarray and value.ndim else value
-    return tuple([(item[here] if item.ndim else item) if type(item) is np.ndarray
-                  else _cut(item, here) if type(item) is tuple else item for item in value])
 
 
 def _largest(speed: Any) -> float:

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import attrs
+import numpy as np
 
+from fvkit.deviation import deviation
 from fvkit.integrators import Integrator
 from fvkit.limiters import Limiter
 from fvkit.model import Model
@@ -90,6 +92,26 @@ class Scheme(ABC):
     @abstractmethod
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
         """Return the parts of this scheme for ``model``, or raise ValueError naming the pair that cannot work."""
+
+    def around(self, parts: Parts) -> Parts:
+        """Return the parts for a problem with a background; by default the model is seen from it, face by face."""
+        return parts._replace(model=deviation(parts.model))
+
+    def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
+        """Return the rows that stand behind the aux values for a background; by default its cell averages.
+
+        Parameters
+        ----------
+        parts : the parts of the scheme.
+        flow : (num_eqn, m) cell averages of the background, ghost cells included.
+        aux : (num_aux, m) cell averages of the aux functions.
+        at_faces : (num_eqn, num_cells + 1) its values at the faces, None where it is given by averages alone.
+        """
+        return flow
+
+    def completed(self, rows: np.ndarray, net: np.ndarray) -> np.ndarray:
+        """Return the rows of `background` with what the stages make of it, ``net`` (num_eqn, m); by default as they are."""
+        return rows
 
     @abstractmethod
     def stages(self, parts: Parts) -> tuple[Stage, ...]:

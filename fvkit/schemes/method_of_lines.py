@@ -1,6 +1,6 @@
 """`MethodOfLines`: high order in space by reconstruction, in time by Runge and Kutta."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
@@ -104,13 +104,36 @@ class MethodOfLines(Scheme):
                        Stage(hold_within, (Read("q", -1, 0), *here("left_going", *terms)), terms, guard=may_overdraw)]
         return (*result, Stage(to_left, here(BOTH[0], *terms), ("to_left",), light=True),
                 Stage(to_right, here(BOTH[1], *terms), ("to_right",), light=True),
-                Stage(net_change, (Read("to_right", 0, 0), Read("to_left", 1, 1), Read("inside", 0, 0)), ("net",)))
+                Stage(net_change, (*here("to_right"), Read("to_left", 1, 1), *here("inside", "aux")), ("net",)))
 
     def source_stages(self, parts: Parts) -> tuple[Stage, ...]:
         """Return the stages of the implicit sources: ``net`` is their mean rate over a cell, with its sign turned."""
         if not (self.integrator.implicit and parts.sources):
             return ()
         return (Stage(mean_source, self._reconstruct(parts).reads, ("net",)),)
+
+    def around(self, parts: Parts) -> Parts:
+        return parts
+
+    def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
+        """Return averages, values at both faces, third modes and, still 0, residuals of the background.
+
+        The faces of ghost cells, and all where no values at faces are given, come from the averages.
+        """
+        reach, width = self.reconstruction.reach, flow.shape[1]
+        stencil = [tuple(flow[:, k:width - 2 * reach + k]) for k in range(2 * reach + 1)]
+        sides = np.array([flow, flow, np.zeros_like(flow)])
+        inner = slice(reach, width - reach)
+        for side, values in zip(sides, (*faces(self.reconstruction, stencil), third(self.reconstruction, stencil)), strict=True):
+            for row, value in zip(side, values, strict=True):
+                row[inner] = value
+        if at_faces is not None:
+            halo = (width - (len(at_faces[0]) - 1)) // 2
+            sides[0, :, halo:width - halo], sides[1, :, halo:width - halo] = at_faces[:, :-1], at_faces[:, 1:]
+        return np.concatenate([flow, *sides, np.zeros_like(flow)])
+
+    def completed(self, rows: np.ndarray, net: np.ndarray) -> np.ndarray:
+        return np.concatenate([rows[:-len(net)], net])
 
     def _reconstruct(self, parts: Parts) -> Stage:
         reach = self.reconstruction.reach
@@ -128,12 +151,15 @@ def reconstruct(parts, ratio, *stencil):
 def polynomials(parts, *stencil):
     """Return the face states of a cell, and the polynomials of q and aux on it, drawn to their means at shores."""
     model, width = parts.model, len(stencil) // 2
-    states, given = stencil[:width], stencil[width:]
-    q, aux = states[width // 2], given[width // 2]
+    states, given = stencil[:width], [item[:len(model.aux)] for item in stencil[width:]]
+    flows = [of_background(model, item) for item in stencil[width:]]
+    q, aux, flow = states[width // 2], given[width // 2], flows[width // 2]
     bed_left, bed_right = faces(parts.reconstruction, [subtract(item, aux) for item in given])
     bed_third = third(parts.reconstruction, given)
     lifted = [subtract(item, q) for item in states]
-    lifts = model.defines("lift")
+    lifts = model.defines("lift") and flow is None
+    if flow is not None:
+        lifted = [subtract(item, subtract(own.mean, flow.mean)) for item, own in zip(lifted, flows, strict=True)]
     if lifts:
         lifted = [add(item, model.lift(q, subtract(bed, aux))) for item, bed in zip(lifted, given, strict=True)]
     modes = [model.to_modes(q, item) for item in lifted]
@@ -142,6 +168,9 @@ def polynomials(parts, *stencil):
     if lifts:
         left, right, bend = (subtract(item, model.lift(q, bed)) for item, bed in
                              ((left, bed_left), (right, bed_right), (bend, bed_third)))
+    if flow is not None:
+        left, right = add(left, subtract(flow.left, flow.mean)), add(right, subtract(flow.right, flow.mean))
+        bend = add(bend, flow.third)
     if model.phases:
         share = trust(model, states, left, right)
         if lifts:
@@ -151,6 +180,23 @@ def polynomials(parts, *stencil):
     left, right, bed_left, bed_right = add(q, left), add(q, right), add(aux, bed_left), add(aux, bed_right)
     return (left, right, tuple(map(polynomial, q, left, right, bend)),
             tuple(map(polynomial, aux, bed_left, bed_right, bed_third)))
+
+
+class Background(NamedTuple):
+    """A background on a cell: its average, face values, third mode and residual."""
+
+    mean: Any
+    left: Any
+    right: Any
+    third: Any
+    residual: Any
+
+
+def of_background(model, aux):
+    """Return the background behind the aux values of a cell, None where there is none."""
+    rows, own = len(model.conserved), len(model.aux)
+    behind = aux[own:]
+    return Background(*(behind[k:k + rows] for k in range(0, 5 * rows, rows))) if behind else None
 
 
 def faces(reconstruction, stencil):
@@ -263,6 +309,7 @@ def mean_source(parts, ratio, *stencil):
     return (result,)
 
 
-def net_change(parts, ratio, from_left, from_right, inner):
-    """Sum what enters a cell through both of its faces and what happens inside."""
-    return (add(add(from_left, from_right), inner),)
+def net_change(parts, ratio, from_left, from_right, inner, aux):
+    """Sum what enters a cell through both of its faces and what happens inside, less what that makes of the background."""
+    whole, flow = add(add(from_left, from_right), inner), of_background(parts.model, aux)
+    return (whole if flow is None else subtract(whole, flow.residual),)
