@@ -190,3 +190,12 @@ def test_the_entropy_fix_opens_a_standing_expansion_and_its_absence_keeps_it():
     exact = np.clip(problem.grid.centers / 0.5, -1.0, 1.0)
     assert np.abs(opened - exact).mean() < 0.02
     np.testing.assert_array_equal(kept, q[0])
+
+
+@pytest.mark.parametrize("gap", [1e-15, 1e-12, 1e-9, 1e-6, 1e-4])
+def test_the_waves_of_hll_stay_those_of_the_jump_where_its_bounds_all_but_coincide(gap):
+    ql, qr = (np.array([1.5]),), (np.array([1.5 * (1.0 + gap)]),)
+    model = fv.Burgers()
+    jump = model.jump(ql, qr, (), ())
+    waves, _ = fv.HLL().solve(model, ql, qr, (), (), jump)
+    np.testing.assert_allclose(waves, [[0.5 * jump[0]]] * 2, rtol=1e-12)
