@@ -38,16 +38,22 @@ def halves(left: float, right: float) -> Callable[[np.ndarray], np.ndarray]:
 def _dam_break(name: str, depths: tuple[float, float], speeds: tuple[float, float], description: str, half: float = 5.0,
                t_end: float = 0.5) -> Scene:
     """A Riemann problem of shallow water with uniform phi, and its exact solution."""
-    def reference(scene: Scene) -> FunctionReference:
-        from fvkit_granular import exact
+    return Scene((-half, half), t_end, one_phase(halves(*depths), halves(*speeds)), name=name, description=description,
+                 reference=partial(one_phase_riemann, depths, speeds, PHI))
 
-        right = depths[1] if depths[1] > 1e-200 else 0.0
-        solved = exact.shallow_water_riemann((depths[0], speeds[0]), (right, speeds[1]), g=scene.g)
-        return FunctionReference("exact", "Riemann solution of shallow water: exact where phi is uniform and vs = vf",
-                                 at=lambda x, t: one_phase(lambda y: solved.at(y, t)["h"], lambda y: solved.at(y, t)["v"])(x))
 
-    return Scene((-half, half), t_end, one_phase(halves(*depths), halves(*speeds)), reference=reference, name=name,
-                 description=description)
+def one_phase_riemann(depths: tuple[float, float], speeds: tuple[float, float], phi: float, scene: Scene) -> FunctionReference:
+    """Return the exact solution of a Riemann problem with uniform phi and one velocity; films below 1e-200 m count as dry."""
+    from fvkit_granular import exact
+
+    left, right = ((depth if depth > 1e-200 else 0.0, speed) for depth, speed in zip(depths, speeds, strict=True))
+    solved = exact.shallow_water_riemann(left, right, g=scene.g)
+
+    def flow(x: np.ndarray, t: float) -> dict[str, Any]:
+        seen = solved.at(x, t)
+        return {"h": seen["h"], "phi": phi, "vs": seen["v"], "vf": seen["v"]}
+
+    return FunctionReference("exact", "Riemann solution of shallow water: exact where phi is uniform and vs = vf", at=flow)
 
 
 def dry_dam_break() -> Scene:
@@ -148,9 +154,11 @@ def stiff_drag() -> Scene:
 
 
 def absent(name: str) -> Scene:
-    """A Riemann problem from rest in which a phase, or everything, is absent on one side."""
+    """A Riemann problem from rest in which a phase, or everything, is absent on one side; Ritter's where one side is dry."""
     (hl, phil), (hr, phir) = ABSENT[name]
+    ritter = partial(one_phase_riemann, (hl, hr), (0.0, 0.0), phil if hl > hr else phir)
     return Scene((-5.0, 5.0), 0.3, lambda x: {"h": halves(hl, hr)(x), "phi": halves(phil, phir)(x)}, name=name,
+                 reference=ritter if min(hl, hr) < 1e-200 else None,
                  description=f"(h, phi) = ({hl:g}, {phil:g}) | ({hr:g}, {phir:g}) from rest: absent phases (constructed here)")
 
 
