@@ -15,8 +15,9 @@ from fvkit.backends import cache, emit
 from fvkit.backends.base import EVEN, MAX_RETRIES, Kernel, March, Outcome, step_length
 from fvkit.backends.driver import DRIVER, STAGED_DRIVER
 from fvkit.backends.emit import Block
-from fvkit.backends.generator import SPARE, TILE, Source, generate
+from fvkit.backends.generator import Source, generate
 from fvkit.backends.program import STATE, TRANSPORT, Program, program
+from fvkit.backends.writer import SPARE, TILE
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from fvkit.backends.base import March, StepwiseKernel, Trial
-from fvkit.backends.generator import TILE
 from fvkit.backends.numba_kernel import NumbaKernel
+from fvkit.backends.writer import TILE
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 

@@ -25,7 +25,8 @@ def text(scheme: fv.WavePropagation, model: fv.Model | None = None, sources: tup
     start = np.ones((len(chosen.conserved), 20))
     problem = fv.Problem(chosen, fv.Grid(0.0, 1.0, 20), start, 1.0, dict.fromkeys(chosen.aux, b), sources=sources)
     parts = scheme.parts(problem.model, problem.sources)
-    return generate(problem, scheme, parts, plan(scheme.stages(parts))).text
+    varies = [bool(row.any()) for row in problem.aux_averages.values()]
+    return generate(problem, scheme, parts, plan(scheme.stages(parts)), None, varies).text
 
 
 def test_only_what_a_scheme_uses_is_generated():

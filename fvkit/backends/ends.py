@@ -1,0 +1,98 @@
+"""The generated code outside of the stages: sources, what a state must satisfy, walls, ghosts, and the ends of staged steps."""
+
+from typing import Any
+
+from fvkit.backends.trace import Expr
+from fvkit.backends.writer import Row, Writer
+
+
+class Ends(Writer):
+    """What a kernel does to states before and after its stages, and at the ends of the grid."""
+
+    def act(self, q: Any, aux: Any, dt: Expr, sources: tuple[Any, ...]) -> Any:
+        """Symbols of a state after the steps of the sources."""
+        for source in sources:
+            q = source.step(self.parts.model, q, aux, dt)
+        return q
+
+    def finished(self, q: Any, aux: Any) -> Any:
+        """Symbols of a state after the sources of the last share of the step, settled."""
+        if self.scheme.splitting.after > 0.0:
+            q = self.act(q, aux, self.after, self.parts.sources[::-1])
+        return self.parts.model.settle(q) if self.problem.model.defines("settle") else q
+
+    def good(self, q: Any) -> Any:
+        """Symbol of whether a state may be accepted."""
+        total = q[0]
+        for component in q[1:]:
+            total = total + component
+        result = self.graph.node("isfinite", total)
+        for row in self.problem.model.mass_rows():
+            result = result & (q[row] >= 0.0)
+        if self.problem.model.defines("admissible"):
+            result = result & self.parts.model.admissible(q)
+        return result
+
+    def ends(self) -> list[str]:
+        """Text of ``opening`` and ``finish``: what a staged step does to nt cells from c0 before and after its sweeps."""
+        rows, halo = len(self.problem.model.conserved), self.plan.halo
+        text: list[str] = []
+        for name in ("opening", "finish"):
+            state = tuple(self.graph.node("load", f"q[{k}, c0 + {halo} + j]") for k in range(rows))
+            aux = tuple(self.graph.node("load", f"aux[{k}, c0 + j]") if varies else 0.0 for k, varies in enumerate(self.varies))
+            self.emit("bad = 0")
+            self.emit("for j in range(nt):")
+            if name == "opening":
+                new = self.act(state, aux, self.before, self.parts.sources)
+                names = self.assign(list(new), 2, fixed=True)
+            else:
+                new = self.finished(state, aux)
+                *names, good = self.assign([*new, self.good(new)], 2, fixed=True)
+                self.emit(f"bad = bad | (1 - {good})", 2)
+            for k, value in enumerate(names):
+                self.emit(f"q[{k}, c0 + {halo} + j] = {value}", 2)
+            self.emit("return bad")
+            text += [f"def {name}(q, aux, c0, nt, before, after, par):", *self.lines, "", ""]
+            self.lines = []
+        return text
+
+    def close_walls(self) -> None:
+        """Let no mass pass a closed end of the grid."""
+        for part, test, face in zip(self.boundary, ("c0 == 0", "closing == 1"), ("0", "nt"), strict=True):
+            rows = [row for row in self.fields.get("carried", ()) if isinstance(row, Row)]
+            if part.closed and rows:
+                self.emit(f"if {test}:")
+                self.emit(f"j = {face}", 2)
+                for row in rows:
+                    self.emit(f"{row.at(0)} = 0.0", 2)
+
+    def end_fluxes(self) -> None:
+        """Leave the mass fluxes of the tile's first and last face in ``ends``."""
+        rows = self.problem.model.mass_rows()
+        if not rows or self.problem.boundary[0].reads == "opposite":
+            return
+        for k, face in enumerate(("0", "nt")):
+            self.emit(f"j = {face}")
+            names = self.assign([self.value("to_left", 0, {}, 0)[row] for row in rows], 1)
+            for position, name in enumerate(names):
+                self.emit(f"ends[{k}, {position}] = {name}")
+
+    def ghosts(self) -> list[str]:
+        """Text of ``ghosts``: fill the ghost cells of a padded state; ``values`` holds what the boundaries give."""
+        halo, model = self.plan.halo, self.problem.model
+        self.emit("def ghosts(q, n, par, values):", 0)
+        for side, part in enumerate(self.boundary):
+            left = side == 0
+            given = part.values(model, self.problem.t_start)
+            symbols = tuple(self.graph.node("uniform", f"values[{side}, {k}]") for k in range(len(given)))
+            for layer in range(halo):
+                cell = {"opposite": f"n + {layer}" if left else f"{halo + layer}",
+                        "mirror": f"{2 * halo - 1 - layer}" if left else f"n + {halo - 1 - layer}",
+                        "nearest": f"{halo}" if left else f"n + {halo - 1}"}[part.reads]
+                state = tuple(self.graph.node("load", f"q[{k}, {cell}]") for k in range(len(model.conserved)))
+                result = part.ghost(self.parts.model, state, symbols)
+                for k, name in enumerate(self.assign(list(result), 1, fixed=True)):
+                    self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {name}")
+        self.emit("return")
+        text, self.lines = self.lines, []
+        return text
