@@ -1,6 +1,7 @@
 """`convergence`: errors on finer and finer grids, and the order that they show."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,7 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
     solutions = [_run(problem_of, scheme, count, backend, progress) for count in counts]
     if exact is None:
         errors = [measure(coarse.q[-1] - _onto(fine.q[-1], coarse.grid.num_cells), coarse.grid.dx)
-                  for coarse, fine in zip(solutions, solutions[1:], strict=False)]
+                  for coarse, fine in pairwise(solutions)]
     else:
         errors = [measure(solution.q[-1] - exact(solution.model, solution.grid, float(solution.t[-1])), solution.grid.dx)
                   for solution in solutions]
@@ -95,9 +96,9 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
 def _counts(cells: Sequence[int], alone: bool) -> tuple[int, ...]:
     counts = tuple(_validate.whole(count, "cells", at_least=1) for count in cells)
     least = 3 if alone else 2
-    if len(counts) < least or any(b <= a for a, b in zip(counts, counts[1:], strict=False)):
+    if len(counts) < least or any(b <= a for a, b in pairwise(counts)):
         raise ValueError(f"`cells` must hold at least {least} ascending numbers{' without a reference' * alone}, got {counts}")
-    if alone and any(b * counts[0] != a * counts[1] or b % a for a, b in zip(counts, counts[1:], strict=False)):
+    if alone and any(b * counts[0] != a * counts[1] or b % a for a, b in pairwise(counts)):
         raise ValueError(f"`cells` must grow by one whole factor without a reference, such as 50, 100, 200; got {counts}")
     return counts
 
