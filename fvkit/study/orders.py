@@ -43,11 +43,11 @@ class Convergence:
     Parameters
     ----------
     scheme, model : what was run, in words.
-    kind : of the reference: ``"exact"``, ``"semi-exact"`` or ``"self-converged"`` (errors are differences to the next grid).
+    kind : of the reference: ``"exact"``, ``"semi-exact"`` or ``"self-converged"``.
     norm : ``"l1"``, ``"l2"`` or ``"max"``.
     names : the conserved components.
     runs : numbers of cells that were run.
-    errors : (rows, num_eqn); one row per run, without the last one if self-converged.
+    errors : (rows, num_eqn); one row per run, or one less: then they are differences to the next grid.
     seconds : wall time of the stepping of each run.
     """
 
@@ -59,6 +59,11 @@ class Convergence:
     runs: tuple[int, ...]
     errors: np.ndarray
     seconds: tuple[float, ...]
+
+    @property
+    def differences(self) -> bool:
+        """Whether there was no reference: ``errors`` are differences to the next grid."""
+        return len(self.errors) < len(self.runs)
 
     @property
     def cells(self) -> tuple[int, ...]:
@@ -86,7 +91,7 @@ class Convergence:
 
         r is the factor between the grids and p the last observed order. None where the differences do not fall.
         """
-        if self.kind != "self-converged":
+        if not self.differences:
             return float(self.totals[-1])
         p = self.total_orders[-1]
         return float(self.totals[-1] / ((self.runs[-1] / self.runs[-2]) ** p - 1.0)) if p > 0.0 else None
@@ -102,7 +107,7 @@ class Convergence:
 
     def table(self) -> str:
         """Return errors and orders as text, one line per number of cells."""
-        what = "difference to the next grid" if self.kind == "self-converged" else "error"
+        what = "difference to the next grid" if self.differences else "error"
         columns = self.names if len(self.names) == 1 else (*self.names, "sum")
         head = ["cells", "ms"] + [text for name in columns for text in (name, "ord.")]
         errors, orders = self.errors, self.orders
@@ -115,7 +120,7 @@ class Convergence:
             body.append([str(count), f"{1e3 * self.seconds[k]:.2f}", *(text for error, order in zip(row, shown, strict=True)
                          for text in (f"{error:.2e}", "-" if np.isnan(order) else f"{order:.2f}"))])
         lines = [f"{self.model}, {self.scheme} · reference {self.kind} · {self.norm} {what}", "", table([head, *body], left=0)]
-        if self.kind == "self-converged":
+        if self.differences:
             found = self.finest_error
             lines += ["", f"error of the run with {self.runs[-1]} cells: "
                       + (f"about {found:.1e} (Richardson)" if found is not None else "unknown, the differences do not fall")]
