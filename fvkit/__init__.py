@@ -24,6 +24,8 @@ from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import Stepper, rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
+from fvkit.study.convergence import convergence
+from fvkit.study.orders import Convergence, OrderError
 
 __version__ = "0.1.0"
 
@@ -41,6 +43,7 @@ __all__ = [
     "Advection",
     "BoundaryCondition",
     "Burgers",
+    "Convergence",
     "Godunov",
     "Grid",
     "Inflow",
@@ -51,6 +54,7 @@ __all__ = [
     "Minmod",
     "Model",
     "NoLimiter",
+    "OrderError",
     "Outflow",
     "Periodic",
     "PointwiseError",
@@ -73,6 +77,7 @@ __all__ = [
     "VanLeer",
     "Wall",
     "WavePropagation",
+    "convergence",
     "maximum",
     "minimum",
     "rhs",

@@ -4,7 +4,10 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+from fvkit.integrators import ARK4, DP5, SSPRK3, SSPRK104
 from fvkit.limiters import MC, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
+from fvkit.reconstruction import MP5, MUSCL, WENO5
+from fvkit.schemes import MethodOfLines, WavePropagation
 
 
 def public_name(part: Any) -> str:
@@ -24,3 +27,9 @@ def by_name(kinds: Iterable[type]) -> dict[str, type]:
 
 
 LIMITERS = by_name((NoLimiter, Minmod, MC, Superbee, VanLeer, ThirdOrder))
+
+RECONSTRUCTIONS = by_name((MP5, WENO5, MUSCL))
+
+INTEGRATORS = by_name((SSPRK104, SSPRK3, DP5, ARK4))
+
+METHODS = by_name((WavePropagation, MethodOfLines))

@@ -23,8 +23,9 @@ def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float 
 
 
 def style(index: int) -> dict[str, Any]:
-    """Colour and marker of the curve number ``index``."""
-    return {"color": COLORS[index % len(COLORS)], "marker": MARKERS[index % len(MARKERS)]}
+    """Colour, marker and dashes of the curve number ``index``."""
+    return {"color": COLORS[index % len(COLORS)], "marker": MARKERS[index % len(MARKERS)],
+            "linestyle": ("-", "--", ":", "-.")[index // len(COLORS) % 4]}
 
 
 def plot_state(solution: "Solution", ax: "Axes | None" = None, i: int = -1) -> "Axes":

@@ -20,10 +20,12 @@ class Reconstruction(Part, ABC):
     3. ``reach`` is 1 where a and e are not looked at, else 2.
     4. ``cubic = True`` says that the polynomial of a cell has the unlimited third mode of five averages, which lifts the
        integral over the cell from fourth to fifth order.
+    5. ``order`` is the order in smooth flow, for reports.
     """
 
     reach: ClassVar[int] = 2
     cubic: ClassVar[bool] = True
+    order: ClassVar[int] = 5
 
     @abstractmethod
     def right(self, a, b, c, d, e):
@@ -90,6 +92,7 @@ class MUSCL(Reconstruction):
 
     reach: ClassVar[int] = 1
     cubic: ClassVar[bool] = False
+    order: ClassVar[int] = 2
 
     def right(self, a, b, c, d, e):
         back, forth, central = 2.0 * (c - b), 2.0 * (d - c), 0.5 * (d - b)

@@ -21,6 +21,7 @@ class Status(Enum):
 
     FINISHED = "the end time was reached"
     MAX_STEPS = "the number of steps reached max_steps before the end time"
+    OVER_BUDGET = "the stepping took longer than the given `seconds`"
     DT_TOO_SMALL = "the time step became too small: the speeds grow without bound"
     NON_FINITE = "a state became infinite or not a number"
     NEGATIVE_DEPTH = "a mass became negative"

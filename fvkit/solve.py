@@ -65,6 +65,11 @@ class Stepper:
         return self._march.steps
 
     @property
+    def seconds(self) -> float:
+        """Wall time of the stepping so far, s."""
+        return self._seconds
+
+    @property
     def q(self) -> np.ndarray:
         """Current cell averages, (num_eqn, num_cells), read-only."""
         view = self._kernel.inside(self._march.now).view()
@@ -213,7 +218,7 @@ def check_parts(problem: Problem, parts: Parts) -> None:
 def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float] | None = None, *, backend: str = "auto",
           progress: bool | Callable[[float], None] = False, throw: bool = True, max_steps: int = 10_000_000,
           observers: Iterable[Callable[[Stepper], None]] = (), nonhyperbolic: str = "warn",
-          threads: int = 1) -> Solution:
+          threads: int = 1, seconds: float | None = None) -> Solution:
     """Solve a problem with a scheme.
 
     Parameters
@@ -228,6 +233,7 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     observers : functions called with the `Stepper` after every accepted step, in order.
     nonhyperbolic : ``"warn"``, ``"raise"`` or ``"ignore"`` where characteristic speeds turn complex.
     threads : threads of a compiled run; more than 1 only from 100,000 cells on.
+    seconds : wall time of the stepping, s, after which a run stops as failed (`Status.OVER_BUDGET`), to about 0.1 s.
 
     Returns
     -------
@@ -247,6 +253,7 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     limit, callbacks = _validate.whole(max_steps, "max_steps", at_least=0), _callbacks(observers)
     if not (isinstance(progress, bool) or callable(progress)):
         raise TypeError(f"`progress` must be True, False or a function of the share done, got {progress!r}")
+    budget = np.inf if seconds is None else _validate.real(seconds, "seconds", above=0.0)
     t, states = [problem.t_start], np.empty((len(targets) + 1, *problem.q0.shape))
     states[0] = problem.q0
     failure: SolveError | None = None
@@ -256,6 +263,8 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
                 while stepper.t < target:
                     if stepper.steps >= limit:
                         stepper._fail(Status.MAX_STEPS)
+                    if stepper.seconds > budget:
+                        stepper._fail(Status.OVER_BUDGET)
                     stepper.run(target, 1 if callbacks else min(stepper.batch, limit - stepper.steps))
                     for observer in callbacks:
                         observer(stepper)

@@ -16,7 +16,7 @@ from fvkit import HLL, Grid, Model, Periodic, Problem, RiemannSolver, Roe, Rusan
 from fvkit.backends.numba_kernel import available
 from fvkit.io import write_whole
 from fvkit.names import public_name
-from fvkit.plot import MARKERS, new_axes, style
+from fvkit.plot import new_axes, style
 from fvkit.study.layout import table
 from fvkit.study.report import environment
 from fvkit_granular.pyclaw import pyclaw_runs
@@ -132,10 +132,10 @@ class Bench:
         for ax, model in zip(axes, models, strict=True):
             for case, rows in self.series().items():
                 if case.model == model:
-                    look = style(solvers.index(case.riemann)) | {"marker": MARKERS[solvers.index(case.riemann) % len(MARKERS)]}
                     dash = {"numba": "-", "numpy": "--"}.get(case.backend, ":")
-                    ax.loglog([row["cells"] for row in rows], [row["ns_per_cell_step"] for row in rows], linestyle=dash, **look,
-                              markersize=4, linewidth=2.0 if case.order == 2 else 0.9,
+                    look = style(solvers.index(case.riemann)) | {"linestyle": dash}
+                    ax.loglog([row["cells"] for row in rows], [row["ns_per_cell_step"] for row in rows], **look, markersize=4,
+                              linewidth=2.0 if case.order == 2 else 0.9,
                               label=f"{case.riemann}, order {case.order}, {case.backend}")
             ax.set(title=model, xlabel="cells", ylabel="ns per cell and step")
             ax.grid(which="major", alpha=0.35)

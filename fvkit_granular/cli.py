@@ -1,22 +1,25 @@
-"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``, and those of `stress` and `advise_command`."""
+"""The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``; others are registered here."""
 
 import argparse
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fvkit import WavePropagation, _validate, solve
+from fvkit import _validate, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
-from fvkit_granular import advise_command
+from fvkit.study.settings import settings
+from fvkit_granular import advise_command, convergence_command
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
 from fvkit_granular.scenes import scene, scene_names
+from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
 from fvkit_granular.stress import command as stress_command
 
 
@@ -24,27 +27,27 @@ def register(commands: Any) -> None:
     """Add the commands to the parser of ``fvkit``."""
     add_command(commands, "scenes", _scenes, "list the built-in scenes", "fvkit scenes")
     run = add_command(commands, "run", _run, "run one scene with one model and solver",
-                      "fvkit run riemann --cells 800 --out result")
+                      "fvkit run riemann --cells 800 --out result\n  fvkit run simple-wave --reconstruction mp5 --integrator dp5")
     run.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
     run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
-    run.add_argument("--riemann", default="relaxation", help=f"one of {', '.join(RIEMANN)} (default relaxation)")
-    run.add_argument("--limiter", default="mc", help=f"one of {', '.join(LIMITERS)} (default mc)")
-    run.add_argument("--order", type=int, default=2, help="1 or 2 (default 2)")
+    add_scheme_options(run, several=False)
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
     _common(run, "fvkit-run-SCENE")
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
-                        "fvkit compare riemann --cells 100 200 400")
+                        "fvkit compare riemann --cells 100 200 400\n"
+                        "  fvkit compare simple-wave --method wave-propagation method-of-lines --reconstruction mp5 weno5\n"
+                        "  fvkit compare riemann --seconds 2 --plot-axes steps error.phi")
     study.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
     study.add_argument("--models", nargs="+", default=list(COMPARED), metavar="M",
                        help=f"any of {', '.join(MODELS)} (default: {' '.join(COMPARED)})")
-    study.add_argument("--riemann", nargs="+", metavar="R",
-                       help=f"any of {', '.join(RIEMANN)} (default: all for the first model, relaxation for the others)")
-    study.add_argument("--limiter", nargs="+", default=["mc"], metavar="L",
-                       help=f"any of {', '.join(LIMITERS)} (default mc)")
-    study.add_argument("--order", nargs="+", type=int, default=[2], metavar="P", help="1, 2 or both (default 2)")
+    add_scheme_options(study, several=True)
     study.add_argument("--cells", nargs="+", type=int, default=[100, 200, 400, 800], metavar="N",
                        help="numbers of cells (default 100 200 400 800)")
     study.add_argument("--repeats", type=int, default=3, help="timed repeats of each run (default 3)")
+    study.add_argument("--seconds", type=float, metavar="S",
+                       help="wall time that one run may take: slower ones stop, or are left out (default: no limit)")
+    study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
+                       help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
     _common(study, "fvkit-compare-SCENE")
     speed = add_command(commands, "bench", _bench, "measure ns per cell and step for every model, solver, backend and order",
                         "fvkit bench --cells 1000 10000 --orders 2")
@@ -56,10 +59,10 @@ def register(commands: Any) -> None:
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
     stress_command.register(commands, _teller)
     advise_command.register(commands, _teller)
+    convergence_command.register(commands, _teller)
 
 
 def _common(parser: argparse.ArgumentParser, folder: str) -> None:
-    parser.add_argument("--cfl", type=float, default=0.9, help="Courant number aimed at, in (0, 1] (default 0.9)")
     parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
     parser.add_argument("--out", type=Path, help=f"folder for the results (default {folder})")
 
@@ -70,18 +73,10 @@ def _scenes(options: argparse.Namespace) -> int:
     return SUCCESS
 
 
-def _pick(names: list[str], argument: str, known: Mapping[str, type]) -> list[Any]:
-    return [known[_validate.choice(name, argument, known)] for name in names]
-
-
 def _run(options: argparse.Namespace) -> int:
     chosen = scene(options.scene)
-    model, limiter = (_pick([getattr(options, name)], f"--{name}", known)[0]
-                      for name, known in (("model", MODELS), ("limiter", LIMITERS)))
-    problem = chosen.problem(model, options.cells)
-    solver = options.riemann or ("roe" if model.defines("decompose") else "hll")
-    riemann = _pick([solver], "--riemann", RIEMANN)[0]
-    scheme = WavePropagation(riemann(), limiter=limiter(), order=options.order, cfl=options.cfl)
+    problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
+    (scheme,) = schemes_of(options)
     solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
     folder = options.out or Path(f"fvkit-run-{options.scene}")
     folder.mkdir(parents=True, exist_ok=True)
@@ -90,8 +85,9 @@ def _run(options: argparse.Namespace) -> int:
     solution.plot(axes[0])
     write_whole(folder / "profile.png", lambda file: figure.savefig(file, format="png", dpi=130))
     stats = solution.stats
-    print(f"{options.scene}: {public_name(problem.model)}, {solver}, order {options.order}, {options.cells} cells, "
-          f"{stats.backend}")
+    named = settings(scheme)
+    print(", ".join([f"{options.scene}: {public_name(problem.model)}", named["riemann"], *_method(named),
+                     f"{options.cells} cells", stats.backend]))
     print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {chosen.t_end:g} s")
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
           f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
@@ -104,6 +100,11 @@ def _run(options: argparse.Namespace) -> int:
         print("  L1 error " + ", ".join(f"{name} {error:.3e}" for name, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: solution.npz, profile.png")
     return SUCCESS if solution.success else FAILED
+
+
+def _method(named: Mapping[str, Any]) -> list[str]:
+    """A few words on the method of a run."""
+    return [named["limiter"], named["integrator"]] if named["integrator"] else [f"order {named['order']}"]
 
 
 def _bench(options: argparse.Namespace) -> int:
@@ -128,17 +129,27 @@ def _teller() -> Callable[[str], None] | None:
 
 def _compare(options: argparse.Namespace) -> int:
     chosen = scene(options.scene)
-    models = _pick(options.models, "--models", MODELS)
-    riemann = None if options.riemann is None else [kind() for kind in _pick(options.riemann, "--riemann", RIEMANN)]
-    limiters = [kind() for kind in _pick(options.limiter, "--limiter", LIMITERS)]
+    models = pick(options.models, "--models", MODELS)
     tell = _teller()
-    report = compare(chosen, models, riemann, options.cells, limiters, options.order, options.repeats, cfl=options.cfl,
-                     backend=options.backend, progress=tell)
+    report = compare(chosen, models, cells=options.cells, repeats=options.repeats, backend=options.backend,
+                     seconds=options.seconds, progress=tell, **_schemes(options))
     if tell is not None:
         tell("")
     folder = report.save(options.out or Path(f"fvkit-compare-{options.scene}"))
+    for x, y in options.plot_axes:
+        write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
     print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
     print(table[-1])
-    return SUCCESS if all(row["status"] == "finished" for row in report.rows) else FAILED
+    return SUCCESS if all(row["status"] in ("finished", "over_budget") for row in report.rows) else FAILED
+
+
+def _schemes(options: argparse.Namespace) -> dict[str, Any]:
+    """The schemes of a comparison; those of wave propagation alone are left to `compare`, which chooses per model."""
+    if methods_of(options) != [WAVES]:
+        return {"schemes": schemes_of(options)}
+    riemann = None if options.riemann is None else [kind() for kind in pick(options.riemann, "--riemann", RIEMANN)]
+    limiters = [kind() for kind in pick(options.limiter or ["mc"], "--limiter", LIMITERS)]
+    return {"riemann": riemann, "limiter": limiters, "order": options.order or [2],
+            "cfl": 0.9 if options.cfl is None else options.cfl}

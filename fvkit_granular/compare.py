@@ -6,17 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit import MC, Model, RiemannSolver, Roe, Solution, WavePropagation, _validate, solve
+from fvkit import MC, MethodOfLines, Model, RiemannSolver, Scheme, Solution, Status, WavePropagation, _validate, solve
 from fvkit.names import public_name
+from fvkit.study.budget import predicted
 from fvkit.study.report import Profile, Report, Row, environment, observed_orders
+from fvkit.study.settings import describe, settings
+from fvkit_granular.fine import fine_scheme, self_converged
 from fvkit_granular.parts import RIEMANN
 from fvkit_granular.reduced import Reduced
-from fvkit_granular.scene import Reference, Scene, SelfConverged
+from fvkit_granular.scene import Reference, Scene
 from fvkit_granular.shallow_water import ShallowWater
 from fvkit_granular.two_phase import TwoPhase
-
-#: A self-converged reference has this many times the cells of the finest run.
-REFINEMENT = 4
 
 #: Share of the largest depth below which velocities and solid fractions are not compared.
 DEEP = 1e-6
@@ -26,14 +26,14 @@ class _Run(NamedTuple):
     """One line of the comparison before it is run."""
 
     model: Model
-    scheme: WavePropagation
+    scheme: Scheme
     cells: int
 
 
 def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence[RiemannSolver] | None = None,
             cells: Sequence[int] = (100, 200, 400, 800), limiter: Any = None, order: int | Sequence[int] = 2,
-            repeats: int = 3, reference: Reference | None = None, *, cfl: float = 0.9, backend: str = "auto",
-            progress: Callable[[str], None] | None = None) -> Report:
+            repeats: int = 3, reference: Reference | None = None, *, schemes: Sequence[Scheme] | None = None, cfl: float = 0.9,
+            backend: str = "auto", seconds: float | None = None, progress: Callable[[str], None] | None = None) -> Report:
     """Run a scene with every model, Riemann solver, limiter and order on every grid, and report error against time.
 
     Parameters
@@ -46,8 +46,12 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     order : 1, 2, or a list of both.
     repeats : every run is repeated this often, interleaved, after a warm-up; the report holds median and minimum.
     reference : default: the scene's own, else the full model on 4 times the finest grid (self-converged): TwoPhase, or
-        where that is not among the models the first of them with two phases.
+        where that is not among the models the first of them with two phases. Its detail estimates its own error.
+    schemes : `fvkit.WavePropagation` and `fvkit.MethodOfLines` with all their settings, in place of ``riemann``,
+        ``limiter``, ``order`` and ``cfl``; each is run with every model that it serves.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
+    seconds : wall time that one run may take. Runs that would take longer, to judge by coarser ones, are left out,
+        others stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that.
     progress : function that receives a line of text before each run.
 
     Returns
@@ -66,12 +70,20 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     if not counts:
         raise ValueError("`cells` must not be empty")
     kinds = [scene.model(model) for model in (models or (TwoPhase, Reduced, ShallowWater))]
-    runs = _runs(kinds, riemann, counts, limiter, order, cfl)
+    if schemes is None:
+        runs = _runs(kinds, riemann, counts, limiter, order, cfl)
+    elif riemann is not None or limiter is not None:
+        raise ValueError("`schemes` name their own Riemann solver and limiter: leave `riemann` and `limiter` out")
+    else:
+        runs = _runs_of(scene, kinds, schemes, counts)
+    budget = None if seconds is None else _validate.real(seconds, "seconds", above=0.0)
     tell = progress or (lambda line: None)
     known = reference or scene.known_reference()
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
-    known = known or _self_converged(scene, full, max(counts), backend, tell)
-    rows = _measure(scene, runs, known, repetitions, backend, tell)
+    if known is None:
+        high = any(isinstance(run.scheme, MethodOfLines) for run in runs)
+        known = self_converged(scene, full, fine_scheme(full, high), counts, backend, budget, tell)
+    rows = _measure(scene, runs, known, repetitions, backend, budget, tell)
     machine, versions = environment("fvkit", "numpy", "scipy", "matplotlib", "attrs", "numba")
     finest = scene.problem(full, max(counts))
     b = finest.aux_averages["b"]
@@ -82,8 +94,9 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
                     {"path_sensitivity": known.path_sensitivity()})
     solutions = {id(row): solution for row, solution in rows}
     for label, series in report.series().items():
-        solution = solutions[id(series[-1])]
-        profiles[label] = Profile(solution.grid.centers, solution.observables())
+        done = [solution for row in series if (solution := solutions[id(row)]) is not None]
+        if done:
+            profiles[label] = Profile(done[-1].grid.centers, done[-1].observables())
     return report
 
 
@@ -108,37 +121,75 @@ def _runs(models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: t
     return result
 
 
-def _measure(scene: Scene, runs: list[_Run], reference: Reference, repeats: int, backend: str,
-             tell: Callable[[str], None]) -> list[tuple[Row, Solution]]:
-    """Run everything ``repeats`` times, interleaved; return a row and the last solution for each run."""
+def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells: tuple[int, ...]) -> list[_Run]:
+    """Every scheme with every model that it serves."""
+    result, refusals = [], []
+    for model in models:
+        sources = scene.problem(model, cells[0]).sources
+        for scheme in schemes:
+            try:
+                _validate.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())").parts(model, sources)
+            except ValueError as refusal:
+                refusals.append(str(refusal))
+            else:
+                result += [_Run(model, scheme, count) for count in cells]
+    if not result:
+        raise ValueError("`schemes` serve none of the models: " + (refusals[0] if refusals else "there are none"))
+    return result
+
+
+def _measure(scene: Scene, runs: list[_Run], reference: Reference, repeats: int, backend: str, budget: float | None,
+             tell: Callable[[str], None]) -> list[tuple[Row, Solution | None]]:
+    """Run everything ``repeats`` times, interleaved; return a row and the last solution for each run, None if left out."""
     for key in dict.fromkeys((run.model, run.scheme) for run in runs):
         coarse = min(run.cells for run in runs if (run.model, run.scheme) == key)
-        solve(scene.problem(key[0], coarse), key[1], backend=backend, throw=False, nonhyperbolic="ignore")
+        solve(scene.problem(key[0], coarse), key[1], backend=backend, throw=False, nonhyperbolic="ignore", seconds=budget)
     seconds: list[list[float]] = [[] for _ in runs]
-    solutions: list[Solution] = []
+    solutions: list[Solution | None] = [None] * len(runs)
     for repeat in range(repeats):
         for k, run in enumerate(runs):
             tell(f"repeat {repeat + 1}/{repeats}, run {k + 1}/{len(runs)}: {public_name(run.model)} "
-                 f"{public_name(run.scheme.riemann)} N={run.cells}")
-            if repeat and not solutions[k].success:
+                 f"{describe(run.scheme)} N={run.cells}")
+            known = solutions[k]
+            if (known is None or not known.success) if repeat else _too_long(run, runs, solutions, budget):
                 continue
             problem = scene.problem(run.model, run.cells)
-            solution = solve(problem, run.scheme, backend=backend, throw=False, nonhyperbolic="ignore")
+            solution = solve(problem, run.scheme, backend=backend, throw=False, nonhyperbolic="ignore", seconds=budget)
             seconds[k].append(solution.stats.seconds)
-            if repeat == 0:
-                solutions.append(solution)
-    rows: list[tuple[Row, Solution]] = []
+            solutions[k] = known or solution
+    return _rows(scene, runs, solutions, seconds, reference)
+
+
+def _too_long(run: _Run, runs: list[_Run], solutions: list[Solution | None], budget: float | None) -> bool:
+    """Whether a run will exceed the budget, to judge by coarser ones of its series."""
+    if budget is None:
+        return False
+    coarser = [(other.cells, solution) for other, solution in zip(runs, solutions, strict=True)
+               if other[:2] == run[:2] and other.cells < run.cells and solution is not None]
+    stopped = any(solution.status is Status.OVER_BUDGET for _, solution in coarser)
+    return stopped or predicted(run.cells, [(cells, solution.stats.seconds) for cells, solution in coarser]) > budget
+
+
+def _rows(scene: Scene, runs: list[_Run], solutions: list[Solution | None], seconds: list[list[float]],
+          reference: Reference) -> list[tuple[Row, Solution | None]]:
+    rows: list[tuple[Row, Solution | None]] = []
     before: tuple[_Run, Row] | None = None
     for run, solution, times in zip(runs, solutions, seconds, strict=True):
         row = _row(scene, run, solution, times, reference)
-        same = before is not None and before[0][:2] == run[:2]
-        row["order_observed"] = observed_orders(before[1] if same and before is not None else None, row)
+        coarser = before[1] if before is not None and before[0][:2] == run[:2] else None
+        row["order_observed"] = observed_orders(coarser, row)
+        row["backend"] = row["backend"] or (coarser or {}).get("backend")
         before = (run, row)
         rows.append((row, solution))
     return rows
 
 
-def _row(scene: Scene, run: _Run, solution: Solution, times: list[float], reference: Reference) -> Row:
+def _row(scene: Scene, run: _Run, solution: Solution | None, times: list[float], reference: Reference) -> Row:
+    named = {"model": public_name(run.model), **settings(run.scheme)}
+    if solution is None:
+        return {**named, "backend": None, "cells": run.cells, "steps": 0, "rejected": 0, "seconds": None, "seconds_min": None,
+                "ns_per_cell_step": None, "error": {}, "error_l2": {}, "error_max": {}, "mass_drift": {},
+                "status": Status.OVER_BUDGET.name.lower()}
     stats = solution.stats
     errors: dict[str, dict[str, float]] = {"error": {}, "error_l2": {}, "error_max": {}}
     if solution.success:
@@ -146,9 +197,7 @@ def _row(scene: Scene, run: _Run, solution: Solution, times: list[float], refere
             errors["error"][name] = float(solution.grid.dx * difference.sum())
             errors["error_l2"][name] = float(np.sqrt(solution.grid.dx * (difference**2).sum()))
             errors["error_max"][name] = float(difference.max())
-    return {"model": public_name(run.model), "riemann": public_name(run.scheme.riemann),
-            "limiter": public_name(run.scheme.limiter), "order": run.scheme.order, "backend": stats.backend,
-            "cells": run.cells, "steps": stats.steps, "rejected": stats.rejected,
+    return {**named, "backend": stats.backend, "cells": run.cells, "steps": stats.steps, "rejected": stats.rejected,
             "seconds": median(times), "seconds_min": min(times),
             "ns_per_cell_step": 1e9 * median(times) / max(stats.cell_updates, 1), **errors,
             "mass_drift": stats.mass_drift, "status": solution.status.name.lower()}
@@ -174,12 +223,3 @@ def _full_model(scene: Scene, models: list[Model]) -> Model:
     """The model whose fine solution is the reference: TwoPhase where it takes part, or nothing else has two phases."""
     two = [model for model in models if len(model.phases) == 2]
     return scene.model(TwoPhase) if not two or any(isinstance(model, TwoPhase) for model in two) else two[0]
-
-
-def _self_converged(scene: Scene, model: Model, finest: int, backend: str, tell: Callable[[str], None]) -> Reference:
-    cells = REFINEMENT * finest
-    solver = Roe() if model.defines("decompose") else model.default_riemann()
-    name = type(solver).__name__
-    tell(f"reference: {public_name(model)} {public_name(solver)} N={cells}")
-    solution = solve(scene.problem(model, cells), WavePropagation(solver), backend=backend, nonhyperbolic="ignore")
-    return SelfConverged("self-converged", f"the full model itself, {name}, MC, order 2, N = {cells}", solution=solution)

@@ -86,14 +86,14 @@ def simple_wave() -> Scene:
     def reference(scene: Scene) -> FunctionReference:
         from fvkit_granular import exact
 
-        solved = exact.simple_wave(exact.hump(), g=scene.g)
+        solved = exact.simple_wave(exact.hump(centre=4.0), g=scene.g)
         return FunctionReference("exact", "simple wave by characteristics, smooth until it breaks at t = 2.044 s",
                                  at=lambda x, t: _one_velocity(solved.at(x, t), 0.6))
 
     def initial(x: np.ndarray) -> dict[str, Any]:
         from fvkit_granular import exact
 
-        return _one_velocity(exact.simple_wave(exact.hump()).at(x, 0.0), 0.6)
+        return _one_velocity(exact.simple_wave(exact.hump(centre=4.0)).at(x, 0.0), 0.6)
 
     return Scene((0.0, 10.0), t_end=0.6, initial=initial, reference=reference, name="simple-wave",
                  description="smooth right-going wave with uniform phi = 0.6 (constructed here): shows the order of a scheme")

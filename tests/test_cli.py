@@ -54,6 +54,34 @@ def test_a_run_that_fails_exits_1_and_still_writes(tmp_path, monkeypatch, capsys
     assert (tmp_path / "out" / "solution.npz").exists()
 
 
+def test_methods_stand_side_by_side_and_any_axes_are_drawn(tmp_path):
+    done = run("compare", "simple-wave", "--models", "two-phase", "--method", "wave-propagation", "method-of-lines", "--reconstruction",
+               "mp5", "muscl", "--cells", "20", "40", "--repeats", "1", "--plot-axes", "steps", "error.h", "--backend", "numpy",
+               "--seconds", "60", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "ms to L1(h) =" in done.stdout
+    folder = tmp_path / "fvkit-compare-simple-wave"
+    rows = json.loads((folder / "report.json").read_text())["rows"]
+    assert [(row["scheme"], row["limiter"], row["integrator"]) for row in rows[::2]] == [
+        ("wave-propagation", "mc", None), ("method-of-lines", "mp5", "ssprk104"), ("method-of-lines", "muscl", "ssprk104")]
+    assert (folder / "error.h-over-steps.png").stat().st_size > 5000
+
+
+def test_run_takes_the_method_of_lines(tmp_path):
+    done = run("run", "simple-wave", "--reconstruction", "weno5", "--integrator", "dp5", "--cells", "40", "--backend", "numpy", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "simple-wave: two-phase, relaxation, weno5, dp5, 40 cells, numpy" in done.stdout
+
+
+@pytest.mark.parametrize(("expect", "code", "words"), [("4.8", 0, "order 4.8 is reached"), ("5.5", 1, "expected order 5.5 between 80 and 160")])
+def test_convergence_prints_orders_and_exits_1_where_one_is_missed(expect, code, words, tmp_path):
+    done = run("convergence", "slip-over-bottom", "--riemann", "roe", "--reconstruction", "mp5", "--integrator", "dp5", "--cells", "40",
+               "80", "160", "--expect", expect, "--backend", "numpy", "--out", "here", cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert words in done.stdout
+    assert {path.name for path in (tmp_path / "here").iterdir()} == {"convergence.json", "convergence.png"}
+
+
 @pytest.mark.parametrize(("model", "scene"), [("pitman-le", "pitman-le"), ("two-layer", "internal-jump")])
 def test_the_relatives_run_with_the_default_solver(model, scene, tmp_path):
     done = run("run", scene, "--model", model, "--cells", "20", "--backend", "numpy", cwd=tmp_path)
@@ -69,6 +97,11 @@ def test_the_relatives_run_with_the_default_solver(model, scene, tmp_path):
     (("run", "rest", "--cells", "ten"), ("--cells", "ten")),
     (("run", "rest", "--cfl", "2"), ("`cfl` must be finite and > 0 and <= 1",)),
     (("run", "rest", "--order", "3"), ("`order` must be one of 1, 2",)),
+    (("run", "rest", "--method", "method-of-line"), ("--method", "did you mean method-of-lines?")),
+    (("run", "rest", "--reconstruction", "mp6"), ("--reconstruction", "did you mean mp5?")),
+    (("compare", "rest", "--method", "wave-propagation", "--integrator", "dp5"), ("--integrator", "add it to --method")),
+    (("compare", "rest", "--seconds", "0"), ("`seconds` must be finite and > 0",)),
+    (("convergence", "simple-wave", "--norm", "l3"), ("`norm` must be one of l1, l2, max; got 'l3'",)),
     (("run", "rest", "--out", "/proc/nowhere"), ("/proc/nowhere",)),
     (("fly",), ("fly",)), ((), ("COMMAND",)),
 ])
@@ -82,7 +115,8 @@ def test_a_mistake_is_one_line_on_stderr_and_exit_code_2(arguments, words, tmp_p
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("arguments", [("--help",), ("compare", "--help"), ("run", "--help"), ("scenes", "--help")])
+@pytest.mark.parametrize("arguments", [("--help",), ("compare", "--help"), ("run", "--help"), ("scenes", "--help"),
+                                       ("convergence", "--help")])
 def test_help_has_an_example(arguments, tmp_path):
     done = run(*arguments, cwd=tmp_path)
     assert done.returncode == 0

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from fvkit.plot import COLORS, new_axes, plot_series, slope_guides
+from fvkit.plot import COLORS, new_axes, plot_series, slope_guides, style
 from fvkit.study.rounding import ROUNDING
 
 if TYPE_CHECKING:
@@ -61,10 +61,29 @@ def error_against_cells(report: "Report") -> Figure:
         plot_series(ax, series, "cells", "error")
         cells = sorted({row["cells"] for rows in series.values() for row in rows})
         first = [row["error"] for rows in series.values() for row in rows if row["cells"] == cells[0]] if cells else []
-        slope_guides(ax, cells, 0.7 * min(first, default=0.0))
+        orders = sorted({1, 2} | {row["order"] for row in report.rows})
+        slope_guides(ax, cells, 0.7 * min(first, default=0.0), orders)
         ax.set(xlabel="cells", ylabel=f"L1 error of {name}", title=f"error of {name} against cells")
         ax.set_xticks(cells, [f"{count:g}" for count in cells])
         ax.minorticks_off()
+    _finish(figure, axes, report)
+    return figure
+
+
+def any_columns(report: "Report", x: str, y: str) -> Figure:
+    """Column ``y`` over column ``x``, one line per series; an axis is logarithmic where all its values are positive."""
+    figure, axes = new_axes()
+    ax, values = axes[0], []
+    for k, (label, rows) in enumerate(report.flat_series().items()):
+        points = [(row[x], row[y]) for row in rows if row.get(x) is not None and row.get(y) is not None]
+        values += points
+        mark = "" if rows[0]["model"] == report.full_model else "*"
+        ax.plot(*np.array(points).reshape(-1, 2).T, **style(k), markersize=5, linewidth=1.6, label=label + mark)
+    for scale, column in ((ax.set_xscale, 0), (ax.set_yscale, 1)):
+        if min((point[column] for point in values), default=0.0) > 0.0:
+            scale("log")
+    ax.set(xlabel=x, ylabel=y, title=f"{y} over {x}")
+    ax.grid(which="major", alpha=0.35)
     _finish(figure, axes, report)
     return figure
 

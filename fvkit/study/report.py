@@ -6,7 +6,7 @@ import json
 import math
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -15,14 +15,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import attrs
 import numpy as np
 
+from fvkit import _validate
 from fvkit.io import write_whole
 from fvkit.study.layout import plain, table
 from fvkit.study.rounding import ROUNDING
+from fvkit.study.work_precision import Row, WorkPrecision, time_to_reach, work_precision
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Row = dict[str, Any]
+#: Columns that name the scheme of a run; those that differ between the runs are shown per line.
+SETTINGS = ("scheme", "limiter", "order", "integrator", "options")
 
 
 class Profile(NamedTuple):
@@ -82,20 +85,27 @@ class Report:
 
     def series(self) -> dict[str, list[Row]]:
         """Rows that differ only in their number of cells, {label: rows}; the label names only what varies."""
-        keys = ["model", "riemann"] + [key for key in ("limiter", "order") if len({row[key] for row in self.rows}) > 1]
         result: dict[str, list[Row]] = {}
         for row in self.rows:
-            result.setdefault(" ".join(f"order {row[key]}" if key == "order" else str(row[key]) for key in keys), []).append(row)
+            words = [row["model"], row["riemann"], row["limiter"] if self._varies("limiter") else ""]
+            words += [f"order {row['order']}"] if self._varies("order", row) and row["integrator"] is None else []
+            words += [row["integrator"] or ""] if self._varies("integrator", row) else []
+            result.setdefault(" ".join(filter(None, [*words, row["options"] if self._varies("options") else ""])), []).append(row)
         return result
+
+    def _varies(self, key: str, like: Row | None = None) -> bool:
+        """Whether rows differ in a column; only those with the scheme of ``like`` are looked at."""
+        return len({row[key] for row in self.rows if like is None or row["scheme"] == like["scheme"]}) > 1
 
     def table(self) -> str:
         """Return the report as text: a header, one line per run, notes and the verdict."""
         observables = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
-        varied = [key for key in ("limiter", "order") if len({row[key] for row in self.rows}) > 1]
+        varied = [key for key in SETTINGS[1:] if self._varies(key)]
         head = ["model", "riemann", *varied, "cells", "steps", "rej.", "ms", "ms min", "ns/cell"]
         head += [text for name in observables for text in (f"L1 {name}", "ord.")] + ["mass drift", "status"]
         body = [self._line(row, varied, observables) for row in self.rows]
-        fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in ("limiter", "order", "backend") if key not in varied)
+        fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in (*SETTINGS, "backend")
+                          if not self._varies(key) and self.rows[0][key])
         text = [f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}", fixed, ""]
         text.append(table([head, *body]))
         others = sorted({row["model"] for row in self.rows} - {self.full_model})
@@ -103,19 +113,74 @@ class Report:
         if others:
             text += [f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with the "
                      "scheme's on top."]
+        reached = self.work_precision()
+        if reached is not None and reached.targets:
+            text += ["", reached.table(), "",
+                     "Time interpolated between runs; [fastest of the full model], < by the coarsest run, - never reached."]
         text += [remark["text"] for remark in self.remarks.values() if remark is not None]
         text += ["Verdict: " + self.verdict()]
         return "\n".join(text)
 
     def _line(self, row: Row, varied: list[str], observables: list[str]) -> list[str]:
         name = row["model"] + ("" if row["model"] == self.full_model else "*")
-        line = [name, row["riemann"], *(str(row[key]) for key in (*varied, "cells", "steps", "rejected"))]
-        line += [f"{1e3 * row['seconds']:.2f}", f"{1e3 * row['seconds_min']:.2f}", f"{row['ns_per_cell_step']:.0f}"]
+        line = [name, row["riemann"], *("-" if row[key] in (None, "") else str(row[key])
+                                       for key in (*varied, "cells", "steps", "rejected"))]
+        line += ["-" if row[key] is None else f"{factor * row[key]:.{digits}f}"
+                 for key, factor, digits in (("seconds", 1e3, 2), ("seconds_min", 1e3, 2), ("ns_per_cell_step", 1.0, 0))]
         for observable in observables:
             error, order = row["error"].get(observable), row["order_observed"].get(observable)
             line += ["-" if error is None else f"{error:.2e}", "-" if order is None else f"{order:.2f}"]
-        drift = max((abs(value) for value in row["mass_drift"].values()), default=0.0)
-        return [*line, f"{drift:.0e}", row["status"]]
+        drift = max((abs(value) for value in row["mass_drift"].values()), default=None)
+        return [*line, "-" if drift is None else f"{drift:.0e}", row["status"]]
+
+    def work_precision(self, observable: str | None = None, targets: Sequence[float] | None = None) -> WorkPrecision | None:
+        """Return the time that every series needs for given errors, interpolated in log-log.
+
+        Parameters
+        ----------
+        observable : whose L1 error; default: the first one that has an error.
+        targets : errors; default: the powers of ten within those of the runs.
+
+        Returns
+        -------
+        WorkPrecision
+            None where no run finished.
+        """
+        names = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
+        if not names:
+            return None
+        erring = [name for name in names if max(row["error"].get(name, 0.0) for row in self.rows) > ROUNDING]
+        chosen = (erring or names)[0] if observable is None else _validate.choice(observable, "observable", names)
+        series = self.series()
+        full = [label for label, rows in series.items() if rows[0]["model"] == self.full_model]
+        return work_precision(series, chosen, full, targets)
+
+    def columns(self) -> list[str]:
+        """Names of the numeric columns, as in report.csv."""
+        flat = [_flat(row) for row in self.rows]
+        return list(dict.fromkeys(key for row in flat for key, value in row.items() if isinstance(value, (int, float))))
+
+    def figure(self, x: str = "seconds", y: str = "error.h") -> "Figure":
+        """Return a picture of any column over any other, one line per series.
+
+        Parameters
+        ----------
+        x, y : columns of report.csv, such as ``"steps"``, ``"ns_per_cell_step"``, ``"error_l2.h"``, ``"mass_drift.hs"``.
+
+        Raises
+        ------
+        ValueError
+            For an unknown column, with the list and the nearest match.
+        """
+        from fvkit.study.pictures import any_columns
+
+        known = self.columns()
+        names = [_validate.choice(name, axis, known) for axis, name in (("x", x), ("y", y))]
+        return any_columns(self, *names)
+
+    def flat_series(self) -> dict[str, list[Row]]:
+        """`series`, the rows with the columns of report.csv."""
+        return {label: [_flat(row) for row in rows] for label, rows in self.series().items()}
 
     def verdict(self) -> str:
         """Return one line: which solver of the full model is fastest at an error that all reach, and where others stop."""
@@ -158,8 +223,10 @@ class Report:
 
     def to_json(self) -> str:
         """Return the report as JSON text; what is not a number is null."""
+        names = dict.fromkeys(name for row in self.rows for name in row["error"])
+        reached = {name: found.as_dict() for name in names if (found := self.work_precision(name)) is not None}
         document = {"scene": self.scene, "reference": self.reference, "machine": self.machine, "versions": self.versions,
-                    "rows": self.rows, "verdict": self.verdict(), **self.remarks}
+                    "rows": self.rows, "verdict": self.verdict(), "work_precision": reached, **self.remarks}
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def to_csv(self) -> str:
@@ -171,15 +238,6 @@ class Report:
         writer.writeheader()
         writer.writerows(flat)
         return buffer.getvalue()
-
-
-def time_to_reach(rows: list[Row], observable: str, error: float) -> float | None:
-    """Return the seconds that a series needs for an error, interpolated in log-log; None where it never gets there."""
-    points = sorted((row["error"][observable], row["seconds"]) for row in rows)
-    errors, seconds = np.log([max(p[0], 1e-300) for p in points]), np.log([max(p[1], 1e-300) for p in points])
-    if math.log(error) < errors[0] - 1e-9:
-        return None
-    return float(np.exp(np.interp(math.log(error), errors, seconds)))
 
 
 def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:

@@ -8,6 +8,7 @@
 | `path_sensitivity` | spread of its internal shocks over paths | semi-exact (path) | derived here | 1e-10 |
 | `rarefaction_fans` | full model, fans in all four fields | exact | derived here | 1e-10 |
 | `simple_wave` | smooth wave until it breaks | exact | characteristics | 1e-12 |
+| `periodic_flow` | smooth periodic flow, full model | self-converged | pseudo-spectral | measured, 1e-11 |
 | `steady_flow`, `bernoulli_depth` | steady flow over a bottom | exact | Bernoulli | rounding |
 | `gr.steady` | steady two-phase and two-layer flow, any slip | exact | derived here | 1e-12 |
 | `uniform_drag` | decay of the slip in a uniform state | exact | derived here | rounding |
@@ -24,6 +25,7 @@ from fvkit_granular.exact.drag import UniformDrag, uniform_drag
 from fvkit_granular.exact.fans import RarefactionFans, rarefaction_fans
 from fvkit_granular.exact.path_sensitivity import path_sensitivity
 from fvkit_granular.exact.paths import PATHS
+from fvkit_granular.exact.pseudo_spectral import PeriodicFlow, periodic_flow
 from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
 from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
 from fvkit_granular.exact.simple_wave import SimpleWave, hump, simple_wave
@@ -37,6 +39,7 @@ __all__ = [
     "PATHS",
     "Accelerated",
     "NoFourWaveSolution",
+    "PeriodicFlow",
     "RarefactionFans",
     "ReducedRiemann",
     "ReducedState",
@@ -55,6 +58,7 @@ __all__ = [
     "critical_depth",
     "hump",
     "path_sensitivity",
+    "periodic_flow",
     "rarefaction_fans",
     "reduced_riemann",
     "shallow_water_riemann",

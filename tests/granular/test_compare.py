@@ -3,6 +3,7 @@
 import csv
 import json
 
+import attrs
 import numpy as np
 import pytest
 
@@ -124,3 +125,85 @@ def test_a_relative_is_compared_with_its_own_fine_solution_and_the_solvers_that_
     assert all(row["status"] == "finished" for row in report.rows)
     first = report.rows[:2]
     assert first[1]["error"]["phi"] < 0.8 * first[0]["error"]["phi"]
+
+
+@pytest.fixture(scope="module")
+def methods() -> Report:
+    """Both methods side by side on a smooth wave."""
+    schemes = [fv.WavePropagation(fv.Roe()), fv.WavePropagation(fv.Roe(), cfl=0.45), fv.MethodOfLines(fv.Roe(), fv.WENO5()),
+               fv.MethodOfLines(fv.Roe(), integrator=fv.DP5())]
+    return gr.compare(gr.scene("simple-wave"), [gr.TwoPhase], cells=(50, 100, 200), schemes=schemes, repeats=1, backend="numpy")
+
+
+def test_rows_of_both_methods_name_their_scheme(methods):
+    keys = ("scheme", "limiter", "order", "integrator", "options")
+    assert [tuple(row[key] for key in keys) for row in methods.rows[::3]] == [
+        ("wave-propagation", "mc", 2, None, ""), ("wave-propagation", "mc", 2, None, "cfl=0.45"),
+        ("method-of-lines", "weno5", 5, "ssprk104", ""), ("method-of-lines", "mp5", 5, "dp5", "")]
+    assert list(methods.series()) == ["two-phase roe mc", "two-phase roe mc cfl=0.45", "two-phase roe weno5 ssprk104",
+                                      "two-phase roe mp5 dp5"]
+    assert methods.rows[11]["error"]["h"] == pytest.approx(2.5e-6, rel=0.1), "a twentieth of that of mc"
+    assert methods.rows[2]["error"]["h"] == pytest.approx(1.37e-4, rel=0.1)
+
+
+def test_work_precision_is_the_interpolated_time_and_its_winner(methods):
+    found = methods.work_precision("h")
+    assert found.targets == (1e-3, 1e-4, 1e-5)
+    fast = methods.series()["two-phase roe mp5 dp5"]
+    assert found.seconds["two-phase roe mp5 dp5"][2] == pytest.approx(time_to_reach(fast, "h", 1e-5))
+    assert found.seconds["two-phase roe mc"][1:] == (None, None)
+    assert found.fastest[0] == "two-phase roe mc"
+    assert found.fastest[2] in ("two-phase roe mp5 dp5", "two-phase roe weno5 ssprk104")
+    lines = found.table().splitlines()
+    assert lines[0].split() == ["ms", "to", "L1(h)", "=", "1e-03", "1e-04", "1e-05"]
+    assert lines[2].split()[-3].startswith("[")
+    assert lines[2].split()[-2:] == ["-", "-"]
+    assert found.table() in methods.table()
+    easy = methods.work_precision("h", [1.0])
+    assert easy.easy["two-phase roe mc"] == (True,)
+    assert "<" in str(easy)
+    assert json.loads(methods.to_json())["work_precision"]["h"]["fastest"] == list(found.fastest)
+    with pytest.raises(ValueError, match="did you mean phi"):
+        methods.work_precision("phy")
+
+
+def test_any_column_is_drawn_over_any_other_and_an_unknown_one_is_refused(methods):
+    ax = methods.figure("steps", "error_l2.h").axes[0]
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_xscale()) == ("steps", "error_l2.h", "log")
+    np.testing.assert_array_equal(ax.lines[0].get_xdata(), [row["steps"] for row in methods.rows[:3]])
+    assert methods.figure("cells", "rejected").axes[0].get_yscale() == "linear"
+    with pytest.raises(ValueError, match=r"`y` must be one of .*error_l2\.h.*did you mean error\.h\?"):
+        methods.figure("seconds", "eror.h")
+
+
+def test_a_scheme_runs_with_the_models_that_it_serves_and_one_that_serves_none_is_refused():
+    schemes = [fv.WavePropagation(fv.HLL(), in_cell_shocks=True), fv.WavePropagation(fv.HLL())]
+    rows = gr.compare(gr.scene("pitman-le"), [gr.TwoPhase, gr.PitmanLe], cells=(20,), schemes=schemes, repeats=1, backend="numpy").rows
+    assert [(row["model"], row["options"]) for row in rows] == [("two-phase", "in_cell_shocks=on"), ("two-phase", ""), ("pitman-le", "")]
+    with pytest.raises(ValueError, match="`schemes` serve none of the models"):
+        gr.compare(gr.scene("pitman-le"), [gr.PitmanLe], cells=(20,), schemes=schemes[:1], repeats=1, backend="numpy")
+    with pytest.raises(ValueError, match="leave `riemann` and `limiter` out"):
+        gr.compare(gr.scene("rest"), [gr.PitmanLe], [fv.HLL()], cells=(20,), schemes=schemes, repeats=1)
+
+
+def test_a_budget_leaves_slow_runs_out_and_the_reference_says_how_fine_it_is(tmp_path):
+    schemes = [fv.WavePropagation(fv.HLL()), fv.MethodOfLines(fv.HLL())]
+    scene = attrs.evolve(gr.scene("perturbed-rest"), t_end=0.1)
+    report = gr.compare(scene, [gr.TwoPhase], cells=(10, 20, 40_960), schemes=schemes, repeats=1, backend="numpy", seconds=0.125)
+    assert [row["status"] for row in report.rows] == ["finished", "finished", "over_budget"] * 2
+    assert report.rows[2]["error"] == {}
+    assert report.rows[2]["backend"] == "numpy"
+    assert "over_budget" in report.table()
+    assert "N = 163840 would take more than the 2 s of the reference" in report.reference["detail"]
+    assert "by Richardson" in report.reference["detail"]
+    assert "method-of-lines" in report.reference["detail"]
+    report.save(tmp_path)
+
+
+def test_the_reference_estimates_its_own_error():
+    scene = gr.Scene((0.0, 1.0), 0.05, lambda x: {"h": 1.0 + 0.1 * np.sin(2 * np.pi * x), "phi": 0.5}, boundary=fv.Periodic())
+    report = gr.compare(scene, [gr.TwoPhase], [fv.HLL()], (20, 40), repeats=1, backend="numpy")
+    words = report.reference["detail"].split()
+    claimed = float(words[words.index("about") + 1])
+    finer = gr.compare(scene, [gr.TwoPhase], [fv.HLL()], (160, 320), repeats=1, backend="numpy").rows[0]
+    assert claimed == pytest.approx(finer["error"]["h"], rel=0.5), "HLL with as many cells as that reference"

@@ -89,6 +89,27 @@ def test_the_pseudo_spectral_reference_is_converged():
     np.testing.assert_allclose(spectral_averages(coarse, grid), spectral_averages(fine, grid), atol=1e-10)
 
 
+def test_the_reference_of_the_scene_is_that_solution():
+    grid, reference = fv.Grid(0.0, 1.0, 40), gr.scene("slip-over-bottom").known_reference()
+    assert reference.kind == "self-converged"
+    wanted = spectral_averages(slip_reference(), grid)
+    np.testing.assert_allclose(reference.averages(gr.TwoPhase(), grid, 0.15), wanted, atol=1e-12)
+    flow = gr.exact.periodic_flow(lambda x: {"h": 1.0 + 0.1 * np.sin(2 * np.pi * x), "phi": 0.5, "vs": 0.0, "vf": 0.0}, np.zeros_like,
+                                  0.1, modes=24)
+    assert 1e-15 < flow.accuracy < 1e-3
+    finer = gr.exact.periodic_flow(lambda x: {"h": 1.0 + 0.1 * np.sin(2 * np.pi * x), "phi": 0.5, "vs": 0.0, "vf": 0.0}, np.zeros_like, 0.1)
+    x = np.linspace(0.0, 1.0, 7)
+    assert np.abs(flow.at(x, 0.1)["h"] - finer.at(x, 0.1)["h"]).max() < flow.accuracy
+    with pytest.raises(ValueError, match="`t` must be that of the flow"):
+        flow.at(x, 0.2)
+
+
+def test_a_flow_that_steepens_is_refused_by_the_pseudo_spectral_reference():
+    with pytest.raises(ValueError, match="not resolved by 24 modes"):
+        gr.exact.periodic_flow(lambda x: {"h": 1.0 + 0.5 * np.sin(2 * np.pi * x), "phi": 0.5, "vs": 0.0, "vf": 0.0}, np.zeros_like, 0.3,
+                               modes=24)
+
+
 @cache
 def slip_errors(riemann, cross_term=True):
     errors = []

@@ -1,0 +1,56 @@
+"""``fvkit convergence``: the order that a scheme shows on one scene."""
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fvkit import OrderError, convergence
+from fvkit.backends import BACKENDS
+from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.study.convergence import NORMS
+from fvkit_granular.parts import MODELS
+from fvkit_granular.scenes import scene
+from fvkit_granular.scheme_options import add_scheme_options, pick, schemes_of
+
+Teller = Callable[[], Callable[[str], None] | None]
+
+
+def register(commands: Any, teller: Teller) -> None:
+    """Add the command; ``teller()`` returns what shows progress."""
+    parser = add_command(commands, "convergence", partial(_convergence, teller), "measure the order of one scheme on one scene",
+                         "fvkit convergence slip-over-bottom --riemann roe --reconstruction mp5 --integrator dp5 --expect 4.8")
+    parser.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    parser.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
+    add_scheme_options(parser, several=False)
+    parser.add_argument("--cells", nargs="+", type=int, default=[50, 100, 200, 400], metavar="N",
+                        help="numbers of cells (default 50 100 200 400)")
+    parser.add_argument("--norm", default="l1", help=f"one of {', '.join(NORMS)} (default l1)")
+    parser.add_argument("--expect", type=float, metavar="P",
+                        help="smallest order of the last two errors, summed over the components; exit code 1 if it is missed")
+    parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
+    parser.add_argument("--out", type=Path, help="folder for convergence.json and convergence.png (default: nothing is written)")
+
+
+def _convergence(teller: Teller, options: argparse.Namespace) -> int:
+    chosen = scene(options.scene)
+    model = pick([options.model], "--model", MODELS)[0]
+    (scheme,) = schemes_of(options)
+    tell = teller()
+    found = convergence(partial(chosen.problem, model), scheme, options.cells, chosen.known_reference(), norm=options.norm,
+                        backend=options.backend, progress=tell)
+    if tell is not None:
+        tell("")
+    print(f"scene {options.scene}: {found}")
+    if options.out is not None:
+        print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")
+    if options.expect is None:
+        return SUCCESS
+    try:
+        found.check(options.expect)
+    except OrderError as missed:
+        print(str(missed).splitlines()[0])
+        return FAILED
+    print(f"order {options.expect:g} is reached")
+    return SUCCESS
