@@ -17,7 +17,7 @@ BACKENDS = ("numpy", "numba") if available() else ("numpy",)
 
 def solvers(model: Model) -> list[RiemannSolver]:
     """Return the Riemann solvers that serve a model, its default among them."""
-    found = [solver for solver in (Roe(), HLL(), Rusanov()) if solver.serves(model)]
+    found: list[RiemannSolver] = [solver for solver in (Roe(), HLL(), Rusanov()) if solver.serves(model)]
     own = model.default_riemann()
     return found if own in found else [own, *found]
 

@@ -235,7 +235,7 @@ class ModelConformance:
         problem = self.waves(70, 5.0 * self.smooth)
         for scheme in (WavePropagation(self.model.default_riemann()), MethodOfLines(self.model.default_riemann())):
             ends = [solve(problem, scheme, backend=backend, nonhyperbolic="ignore").q[-1] for backend in BACKENDS]
-            close(*ends, 1e-11)
+            close(ends[0], ends[1], 1e-11)
 
     def test_a_stop_and_a_new_start_change_nothing(self) -> None:
         problem = self.waves(40, self.smooth)
