@@ -19,7 +19,7 @@ from fvkit.models import Acoustics, Advection, Burgers
 from fvkit.pointwise import maximum, minimum, where
 from fvkit.problem import Problem
 from fvkit.reconstruction import MP5, MUSCL, WENO5, Reconstruction
-from fvkit.riemann import HLL, RiemannSolver, Roe, Rusanov
+from fvkit.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusanov
 from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import Stepper, rhs, solve
@@ -59,6 +59,7 @@ __all__ = [
     "Periodic",
     "PointwiseError",
     "Problem",
+    "PyClawRiemann",
     "Reconstruction",
     "RiemannSolver",
     "Roe",

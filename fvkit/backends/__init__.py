@@ -48,7 +48,9 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     """
     if backend == "auto":
         backend = _validate.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
-    if backend == "numpy" or (backend == "auto" and not available()):
+    if not parts.riemann.compilable and backend == "numba":
+        raise ValueError(f"{type(parts.riemann).__name__} needs whole arrays: use backend='numpy' or 'auto', got 'numba'")
+    if backend == "numpy" or (backend == "auto" and not (available() and parts.riemann.compilable)):
         if threads > 1:
             raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: pip install 'fvkit[fast]'")
         return array_kernel(problem, scheme, parts)

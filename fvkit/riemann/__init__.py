@@ -2,7 +2,8 @@
 
 from fvkit.riemann.base import RiemannSolver
 from fvkit.riemann.hll import HLL
+from fvkit.riemann.pyclaw import PyClawRiemann
 from fvkit.riemann.roe import Roe
 from fvkit.riemann.rusanov import Rusanov
 
-__all__ = ["HLL", "RiemannSolver", "Roe", "Rusanov"]
+__all__ = ["HLL", "PyClawRiemann", "RiemannSolver", "Roe", "Rusanov"]

@@ -22,12 +22,14 @@ class RiemannSolver(Part, ABC):
        second order takes the matrix itself from ``model.matrix_product``.
     5. ``positive = True`` says that masses stay non-negative for any data; else the scheme falls back to the model's
        ``relaxation``, where it defines one, at faces next to dry ground.
-    6. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    6. ``compilable = False`` says that it needs whole arrays: it runs on the NumPy backend, and its code is not checked.
+    7. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
     """
 
     needs: ClassVar[tuple[str, ...]] = ()
     eigenvectors: ClassVar[bool] = False
     positive: ClassVar[bool] = False
+    compilable: ClassVar[bool] = True
 
     @abstractmethod
     def solve(self, model, ql, qr, auxl, auxr, jump):

@@ -1,0 +1,53 @@
+"""What the conformance suites share."""
+
+import json
+from typing import Any
+
+import attrs
+import numpy as np
+import pytest
+
+from fvkit import Model, RiemannSolver
+from fvkit.backends.numba_kernel import available
+from fvkit.riemann import HLL, Roe, Rusanov
+
+#: The backends that are installed.
+BACKENDS = ("numpy", "numba") if available() else ("numpy",)
+
+
+def solvers(model: Model) -> list[RiemannSolver]:
+    """Return the Riemann solvers that serve a model, its default among them."""
+    found: list[RiemannSolver] = [solver for solver in (Roe(), HLL(), Rusanov()) if solver.serves(model)]
+    own = model.default_riemann()
+    return found if own in found else [own, *found]
+
+
+def need(part: Any, *names: str) -> None:
+    """Skip a check of what a part does not define."""
+    for name in names:
+        if not part.defines(name):
+            pytest.skip(f"{type(part).__name__} defines no {name}")
+
+
+def rows(values: Any, count: int) -> np.ndarray:
+    """Return a tuple of components, numbers among them, as an array (components, count)."""
+    return np.array([np.broadcast_to(value, count) for value in values])
+
+
+def close(found: Any, wanted: Any, tolerance: float, scale: Any = 0.0) -> None:
+    """Compare relative to the largest of both sides and ``scale``, column by column."""
+    found, wanted = np.asarray(found), np.asarray(wanted)
+    size = np.maximum(np.maximum(np.abs(found).max(axis=0), np.abs(wanted).max(axis=0)), scale) + 1e-300
+    worst = np.abs(found - wanted).max(axis=0) / size
+    assert worst.max() <= tolerance, f"differs by {worst.max():.2e} of its size, allowed are {tolerance:g}"
+
+
+def check_is_data(part: Any) -> None:
+    """A part is frozen and hashable, equal to its copy, and its parameters are plain numbers."""
+    assert attrs.has(type(part)), f"decorate {type(part).__name__} with @attrs.frozen"
+    hash(part)
+    assert attrs.evolve(part) == part
+    json.dumps(part.parameters())
+    for name in part.parameter_names():
+        with pytest.raises(attrs.exceptions.FrozenInstanceError):
+            setattr(part, name, 0.0)

@@ -1,0 +1,255 @@
+"""`ModelConformance`: what a model must do, whatever its equations."""
+
+from itertools import pairwise
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+import pytest
+
+from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, solve
+from fvkit.schemes import MethodOfLines
+from fvkit.testing.common import BACKENDS, check_is_data, close, need, rows, solvers
+
+#: Number of random states of a check.
+COUNT = 200
+
+
+class ModelConformance:
+    """Checks of a model. Subclass it with two things, and say what does not hold by overriding a check.
+
+    Attributes
+    ----------
+    model : the model.
+    smooth : relative size of the waves of the smooth checks.
+    order : orders that the schemes must reach on smooth data: second order, fifth order.
+    """
+
+    model: ClassVar[Model]
+    smooth: ClassVar[float] = 0.02
+    order: ClassVar[tuple[float, float]] = (1.7, 4.3)
+
+    def states(self, rng: np.random.Generator, count: int) -> Any:
+        """Return random admissible states (num_eqn, count), away from what the model cannot do."""
+        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
+
+    def rest(self, aux: dict[str, np.ndarray]) -> Any:
+        """Return a state at rest (num_eqn, count) over given aux values, dry where they rise above 1; None if there is none."""
+        return None
+
+    # ------------------------------------------------------------------ helpers
+
+    @property
+    def parts(self) -> Model:
+        """The model, its open parameters set."""
+        return self.model.resolved(self.drawn(3))
+
+    def drawn(self, seed: int, count: int = COUNT) -> np.ndarray:
+        """Random states."""
+        return np.asarray(self.states(np.random.default_rng(seed), count), dtype=float)
+
+    def face(self, seed: int, step: float = 0.0) -> tuple[Any, Any, Any, Any]:
+        """Random states on both sides of faces, and aux values that differ by up to ``step``."""
+        rng = np.random.default_rng(seed)
+        left, right = (rng.uniform(-step, step, (len(self.model.aux), COUNT)) for _ in range(2))
+        return tuple(self.drawn(seed)), tuple(self.drawn(seed + 1)), tuple(left), tuple(right)
+
+    def waves(self, cells: int, amplitude: float, boundary: Any = None) -> Problem:
+        """A smooth periodic problem near one state, run for half the time a wave needs to cross it."""
+        base = self.drawn(7, 1)
+        size = np.abs(base) + 0.1 * np.abs(base).max()
+        speed = max(float(np.abs(bound).max()) for bound in self.parts.wave_speeds(tuple(base))) or 1.0
+
+        def initial(x: np.ndarray) -> np.ndarray:
+            shape = np.array([np.sin(2.0 * np.pi * (x + 0.1 * row)) for row in range(len(base))])
+            return base + amplitude * size * shape
+
+        return Problem(self.model, Grid(0.0, 1.0, cells), initial, 0.5 / speed, boundary=boundary or Periodic())
+
+    # ------------------------------------------------------------------ checks
+
+    def test_it_is_data(self) -> None:
+        check_is_data(self.model)
+
+    def test_names_match_the_state(self) -> None:
+        assert len(self.drawn(1)) == len(self.model.conserved) == len(set(self.model.conserved))
+        assert all(0 <= row < len(self.model.conserved) for row in self.model.mass_rows())
+
+    def test_flux_is_finite_and_of_the_size_of_the_state(self) -> None:
+        q = self.drawn(1)
+        flux = rows(self.parts.flux(tuple(q)), COUNT)
+        assert flux.shape == q.shape
+        assert np.isfinite(flux).all()
+
+    def test_speeds_bound_the_derivative_of_the_flux(self) -> None:
+        if self.model.defines("jump"):
+            pytest.skip("its jump holds more than the flux: see the check of jump")
+        low, high = (np.broadcast_to(bound, COUNT) for bound in self.parts.wave_speeds(tuple(self.drawn(1))))
+        speeds = np.linalg.eigvals(self.matrices(self.drawn(1))).real
+        width = 1e-5 * (np.abs(speeds).max(axis=1) + 1e-300)
+        assert (low - width <= speeds.min(axis=1)).all()
+        assert (speeds.max(axis=1) <= high + width).all()
+
+    def matrices(self, q: np.ndarray) -> np.ndarray:
+        """Derivatives of ``jump`` from a state by central differences, (count, num_eqn, num_eqn)."""
+        model, none = self.parts, tuple(np.zeros((len(self.model.aux), q.shape[1])))
+        size = 1e-6 * (np.abs(q).max(axis=0) + 1e-300)
+        columns = []
+        for row in range(len(q)):
+            change = np.zeros_like(q)
+            change[row] = size
+            jump = rows(model.jump(tuple(q - change), tuple(q + change), none, none), q.shape[1])
+            columns.append(jump / (2.0 * size))
+        return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))
+
+    def test_equal_states_make_no_jump(self) -> None:
+        q, flat = tuple(self.drawn(1)), tuple(np.zeros((len(self.model.aux), COUNT)))
+        for name in ("jump", "balanced_difference"):
+            assert not rows(getattr(self.parts, name)(q, q, flat, flat), COUNT).any(), name
+
+    def test_the_jump_changes_its_sign_with_the_path(self) -> None:
+        left, right, auxl, auxr = self.face(2, step=0.1)
+        there, back = self.parts.jump(left, right, auxl, auxr), self.parts.jump(right, left, auxr, auxl)
+        close(rows(there, COUNT), -rows(back, COUNT), 1e-12, np.abs(rows(self.parts.flux(left), COUNT)).max(axis=0))
+
+    def test_masses_jump_by_their_fluxes(self) -> None:
+        left, right, auxl, auxr = self.face(2, step=0.1)
+        jump = self.parts.jump(left, right, auxl, auxr)
+        for row in self.model.mass_rows():
+            change = self.parts.flux(right)[row] - self.parts.flux(left)[row]
+            close([jump[row]], [change], 1e-12, np.abs(self.parts.flux(left)[row]))
+
+    def test_waves_of_every_solver_add_up_to_the_jump_in_ascending_speeds(self) -> None:
+        face = self.face(4, step=0.1)
+        jump = self.parts.jump(*face)
+        for solver in solvers(self.model):
+            waves, speeds = solver.solve(self.parts, *face, jump)
+            total = sum(rows(wave, COUNT) for wave in waves)
+            close(total, rows(jump, COUNT), 1e-11, np.max([np.abs(rows(wave, COUNT)).max(axis=0) for wave in waves], axis=0))
+            if solver.eigenvectors:
+                assert (np.diff(rows(speeds, COUNT), axis=0) >= 0.0).all(), solver
+
+    def test_the_decomposition_is_that_of_a_matrix(self) -> None:
+        need(self.model, "decompose", "matrix_product")
+        face = self.face(4)
+        waves, speeds = self.parts.decompose(*face, self.parts.jump(*face))
+        for wave, speed in zip(waves, speeds, strict=True):
+            product = rows(self.parts.matrix_product(*face, wave), COUNT)
+            size = max(float(np.abs(rows(speeds, COUNT)).max()), 1e-300) * np.abs(rows(wave, COUNT)).max(axis=0)
+            close(product, np.broadcast_to(speed, COUNT) * rows(wave, COUNT), 1e-6, size)
+
+    def test_modes_are_inverted(self) -> None:
+        here, w = self.drawn(5), self.drawn(6)
+        back = rows(self.parts.from_modes(tuple(here), self.parts.to_modes(tuple(here), tuple(w))), COUNT)
+        close(back, w, 1e-9)
+
+    def test_the_cell_integral_is_that_of_the_jump(self) -> None:
+        need(self.model, "cell_integral", "jump")
+        from fvkit.polynomial import polynomial
+        from fvkit.schemes.method_of_lines import romberg
+
+        q, rng = self.drawn(5), np.random.default_rng(6)
+        aux = rng.uniform(-0.1, 0.1, (len(self.model.aux), COUNT))
+
+        def on_cell(mean: np.ndarray) -> tuple[Any, Any, Any]:
+            left, right, third = mean * rng.uniform(-0.01, 0.01, (3, *mean.shape))
+            return tuple(mean + left), tuple(mean + right), tuple(map(polynomial, mean, mean + left, mean + right, third))
+
+        left, right, inside = on_cell(q)
+        _, _, given = on_cell(aux)
+        found = rows(self.parts.cell_integral(left, right, inside, given), COUNT)
+        close(found, rows(romberg(self.parts, left, right, inside, given), COUNT), 1e-7)
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_uniform_state_stays(self, backend: str) -> None:
+        q = np.repeat(self.drawn(7, 1), 30, axis=1)
+        for scheme in (WavePropagation(solver) for solver in solvers(self.model)):
+            problem = Problem(self.model, Grid(0.0, 1.0, 30), q, 1.0, boundary=Periodic())
+            stepper = Stepper(problem, scheme, backend=backend)
+            for _ in range(10):
+                stepper.step(1.0)
+            close(stepper.q, q, 1e-12)
+
+    def test_what_is_conserved_stays_in_a_closed_circle(self) -> None:
+        problem = self.waves(40, 10.0 * self.smooth)
+        for solver in solvers(self.model):
+            solution = solve(problem, WavePropagation(solver), backend="numpy", nonhyperbolic="ignore")
+            kept = range(len(problem.q0)) if not self.model.defines("jump") else self.model.mass_rows()
+            for row in kept:
+                change = solution.q[-1][row].sum() - problem.q0[row].sum()
+                assert abs(change) < 1e-12 * np.abs(problem.q0).sum(), (solver, self.model.conserved[row])
+
+    def test_walls_keep_the_masses(self) -> None:
+        if not self.model.phases:
+            pytest.skip(f"{type(self.model).__name__} has no phases")
+        solution = solve(self.waves(40, 5.0 * self.smooth, Wall()), backend="numpy", nonhyperbolic="ignore")
+        assert all(abs(drift) < 1e-13 for drift in solution.stats.mass_drift.values())
+
+    def test_masses_never_turn_negative(self) -> None:
+        if not self.model.phases:
+            pytest.skip(f"{type(self.model).__name__} has no phases")
+        q = self.drawn(8, 60)
+        q[:, 20:40] = 0.0
+        problem = Problem(self.model, Grid(0.0, 1.0, 60), q, 1.0, boundary=Outflow())
+        for solver in solvers(self.model):
+            stepper = Stepper(problem, WavePropagation(solver), backend="numpy", nonhyperbolic="ignore")
+            for _ in range(40):
+                stepper.step()
+                assert all(stepper.q[row].min() >= 0.0 for row in self.model.mass_rows()), solver
+
+    @pytest.mark.parametrize("bottom", ["random", "island"])
+    def test_rest_stays(self, bottom: str) -> None:
+        x = (np.arange(60) + 0.5) / 60
+        b = (0.5 * np.random.default_rng(9).random(60) if bottom == "random" else 1.3 * np.exp(-(((x - 0.5) / 0.1) ** 2)))
+        aux = dict.fromkeys(self.model.aux, b)
+        q = self.rest(aux)
+        if q is None:
+            pytest.skip(f"{type(self).__name__} gives no state at rest")
+        problem = Problem(self.model, Grid(0.0, 1.0, 60), q, 1.0, aux, boundary=Periodic())
+        for solver in solvers(self.model):
+            for scheme in (WavePropagation(solver), MethodOfLines(solver)):
+                stepper = Stepper(problem, scheme, backend="numpy")
+                for _ in range(20):
+                    stepper.step(1.0)
+                assert np.abs(stepper.q - q).max() < 1e-13 * np.abs(q).max(), scheme
+
+    def test_second_order_where_the_flow_is_smooth(self) -> None:
+        for solver in solvers(self.model):
+            self.check_order(WavePropagation(solver, NoLimiter()), (20, 40, 80), self.order[0])
+
+    def test_fifth_order_where_the_flow_is_smooth(self) -> None:
+        from fvkit.integrators import DP5
+
+        self.check_order(MethodOfLines(self.model.default_riemann(), integrator=DP5()), (20, 40, 80), self.order[1])
+
+    def check_order(self, scheme: Any, cells: tuple[int, ...], order: float) -> None:
+        """Differences of successive grids fall with the order."""
+        ends = [solve(self.waves(n, self.smooth), scheme, backend="numpy", nonhyperbolic="ignore").q[-1] for n in cells]
+        apart = [np.abs(a - 0.5 * (b[:, ::2] + b[:, 1::2])).mean() for a, b in pairwise(ends)]
+        found = float(np.log2(apart[-2] / apart[-1]))
+        assert found >= order, f"{scheme}: observed order {found:.2f}, expected {order:g}"
+
+    def test_both_backends_agree(self) -> None:
+        if "numba" not in BACKENDS:
+            pytest.skip("numba is not installed")
+        problem = self.waves(70, 5.0 * self.smooth)
+        for scheme in (WavePropagation(self.model.default_riemann()), MethodOfLines(self.model.default_riemann())):
+            ends = [solve(problem, scheme, backend=backend, nonhyperbolic="ignore").q[-1] for backend in BACKENDS]
+            close(ends[0], ends[1], 1e-11)
+
+    def test_a_stop_and_a_new_start_change_nothing(self) -> None:
+        problem = self.waves(40, self.smooth)
+        whole, cut = (Stepper(problem, WavePropagation(self.model.default_riemann()), backend="numpy", nonhyperbolic="ignore")
+                      for _ in range(2))
+        whole.run(problem.t_end, 6)
+        for _ in range(3):
+            cut.run(problem.t_end, 2)
+        np.testing.assert_array_equal(whole.q, cut.q)
+
+    def test_a_wrong_state_is_refused_with_its_shape(self) -> None:
+        with pytest.raises(ValueError, match="initial"):
+            Problem(self.model, Grid(0.0, 1.0, 10), np.ones((len(self.model.conserved) + 1, 10)), 1.0)
+
+    def test_parameters_are_checked_or_free(self) -> None:
+        for name in self.model.parameter_names():
+            attrs.evolve(self.model, **{name: getattr(self.model, name)})

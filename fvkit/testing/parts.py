@@ -1,0 +1,114 @@
+"""`LimiterConformance` and `SourceConformance`."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from fvkit import Limiter, Model, Source
+from fvkit.testing.common import check_is_data, close, rows
+
+
+class LimiterConformance:
+    """Checks of a limiter.
+
+    Attributes
+    ----------
+    limiter : the limiter.
+    monotone : whether phi lies in Sweby's region, 0 <= phi <= min(2, 2 theta): no new extrema.
+    """
+
+    limiter: ClassVar[Limiter]
+    monotone: ClassVar[bool] = True
+
+    def phi(self, theta: Any, nu: float = 0.5) -> np.ndarray:
+        """Values of the limiter."""
+        theta = np.asarray(theta, dtype=float)
+        return np.broadcast_to(self.limiter.phi(theta, np.full_like(theta, nu)), theta.shape)
+
+    def test_it_is_data(self) -> None:
+        check_is_data(self.limiter)
+
+    def test_linear_data_are_left_alone(self) -> None:
+        for nu in (0.0, 0.3, 0.9):
+            np.testing.assert_allclose(self.phi([1.0], nu), 1.0, rtol=1e-14)
+
+    def test_it_is_bounded(self) -> None:
+        assert np.isfinite(self.phi([-1e300, -1.0, 0.0, 1.0, 1e300])).all()
+
+    def test_it_lies_in_the_region_without_new_extrema(self) -> None:
+        if not self.monotone:
+            return
+        theta = np.linspace(-3.0, 6.0, 1001)
+        phi = self.phi(theta)
+        assert (phi >= 0.0).all()
+        assert (phi <= np.minimum(2.0, np.maximum(2.0 * theta, 0.0)) + 1e-14).all()
+
+
+class SourceConformance:
+    """Checks of a source on one model.
+
+    Attributes
+    ----------
+    source : the source.
+    model : a model that it acts on.
+    accuracy : how well ``step`` must follow ``rate``, relatively.
+    dt : time of the comparison, s.
+    """
+
+    source: ClassVar[Source]
+    model: ClassVar[Model]
+    accuracy: ClassVar[float] = 1e-6
+    dt: ClassVar[float] = 0.1
+
+    def states(self, rng: np.random.Generator, count: int) -> Any:
+        """Return random admissible states (num_eqn, count)."""
+        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
+
+    def drawn(self, count: int = 20) -> tuple[Model, np.ndarray, tuple[np.ndarray, ...]]:
+        """The model, random states, and aux values."""
+        q = np.asarray(self.states(np.random.default_rng(1), count), dtype=float)
+        return self.model.resolved(q), q, tuple(np.zeros((len(self.model.aux), count)))
+
+    def after(self, dt: float) -> np.ndarray:
+        """States after dt."""
+        model, q, aux = self.drawn()
+        return rows(self.source.step(model, tuple(q), aux, dt), q.shape[1])
+
+    def test_it_is_data(self) -> None:
+        check_is_data(self.source)
+
+    def test_it_serves_the_model(self) -> None:
+        self.source.check(self.model)
+
+    def test_no_time_changes_nothing(self) -> None:
+        close(self.after(0.0), self.drawn()[1], 1e-14)
+
+    def test_masses_stay(self) -> None:
+        _, q, _ = self.drawn()
+        for row in self.model.mass_rows():
+            np.testing.assert_array_equal(self.after(self.dt)[row], q[row])
+
+    def test_any_time_leaves_a_number(self) -> None:
+        for dt in (1e-12, 1.0, 1e6, 1e12):
+            assert np.isfinite(self.after(dt)).all(), dt
+
+    def test_the_step_follows_the_rate(self) -> None:
+        model, q, aux = self.drawn()
+        end = self.after(self.dt)
+        for cell in range(q.shape[1]):
+            given = tuple(values[cell:cell + 1] for values in aux)
+
+            def rate(_: float, state: np.ndarray, given: Any = given) -> np.ndarray:
+                return rows(self.source.rate(model, tuple(state[:, None]), given), 1)[:, 0]
+
+            exact = solve_ivp(rate, (0.0, self.dt), q[:, cell], method="LSODA", rtol=1e-10, atol=1e-13).y[:, -1]
+            close(end[:, cell:cell + 1], exact[:, None], self.accuracy)
+
+    def test_an_implicit_stage_solves_its_equation(self) -> None:
+        if not self.source.defines("implicit_rate"):
+            return
+        model, q, aux = self.drawn()
+        rate = rows(self.source.implicit_rate(model, tuple(q), aux, self.dt), q.shape[1])
+        there = rows(self.source.rate(model, tuple(q + self.dt * rate), aux), q.shape[1])
+        close(rate, there, 1e-8, np.abs(q).max(axis=0))

@@ -1,0 +1,109 @@
+"""`RiemannConformance`: what a Riemann solver must do for the models that it serves."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fvkit import Grid, Model, Periodic, Problem, RiemannSolver, Stepper, WavePropagation, solve
+from fvkit.testing.common import BACKENDS, check_is_data, close, rows
+
+#: Number of random faces of a check.
+COUNT = 200
+
+
+class RiemannConformance:
+    """Checks of a Riemann solver on one model, by default without data of your own but random states.
+
+    Attributes
+    ----------
+    riemann : the solver.
+    model : a model that it serves.
+    """
+
+    riemann: ClassVar[RiemannSolver]
+    model: ClassVar[Model]
+
+    def states(self, rng: np.random.Generator, count: int) -> Any:
+        """Return random admissible states (num_eqn, count)."""
+        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
+
+    def face(self, seed: int, step: float = 0.0) -> tuple[Any, Any, Any, Any]:
+        """Random states on both sides of faces, and aux values that differ by up to ``step``."""
+        rng = np.random.default_rng(seed)
+        sides = (tuple(np.asarray(self.states(rng, COUNT), dtype=float)) for _ in range(2))
+        aux = (tuple(rng.uniform(-step, step, (len(self.model.aux), COUNT))) for _ in range(2))
+        return *sides, *aux  # type: ignore[return-value]
+
+    def solved(self, face: tuple[Any, Any, Any, Any]) -> tuple[Any, Any, Any]:
+        """The jump of faces, their waves and speeds, as arrays."""
+        model = self.model.resolved(np.array(face[0]))
+        jump = model.jump(*face)
+        waves, speeds = self.riemann.solve(model, *face, jump)
+        return rows(jump, COUNT), [rows(wave, COUNT) for wave in waves], rows(speeds, COUNT)
+
+    def test_it_is_data(self) -> None:
+        check_is_data(self.riemann)
+
+    def test_it_serves_the_model(self) -> None:
+        self.riemann.check(self.model)
+
+    def test_waves_add_up_to_the_jump(self) -> None:
+        for step in (0.0, 0.3):
+            jump, waves, _ = self.solved(self.face(1, step))
+            close(sum(waves), jump, 1e-11, np.max([np.abs(wave).max(axis=0) for wave in waves], axis=0))
+
+    def test_one_speed_per_wave_and_all_are_finite(self) -> None:
+        _, waves, speeds = self.solved(self.face(2, 0.3))
+        assert len(waves) == len(speeds)
+        assert np.isfinite(waves).all()
+        assert np.isfinite(speeds).all()
+
+    def test_equal_states_send_nothing(self) -> None:
+        left, _, auxl, _ = self.face(3)
+        flat = tuple(0.0 * values for values in auxl)
+        _, waves, _ = self.solved((left, left, flat, flat))
+        flux = np.abs(rows(self.model.resolved(np.array(left)).flux(left), COUNT)).max(axis=0)
+        assert (np.abs(waves).max(axis=(0, 1)) <= 1e-13 * flux).all()
+
+    def test_speeds_reach_as_far_as_what_moves(self) -> None:
+        """No slower than the Roe mean of the two bounds of both sides: the time step relies on it."""
+        face = self.face(4)
+        _, _, speeds = self.solved(face)
+        model = self.model.resolved(np.array(face[0]))
+        bounds = [np.abs(np.broadcast_to(bound, COUNT)) for q in face[:2] for bound in model.wave_speeds(q)]
+        assert (np.abs(speeds).max(axis=0) <= 3.0 * np.max(bounds, axis=0) + 1e-12).all()
+
+    def test_a_run_conserves_and_stays_finite(self) -> None:
+        rng = np.random.default_rng(5)
+        q = np.asarray(self.states(rng, 50), dtype=float)
+        problem = Problem(self.model, Grid(0.0, 1.0, 50), q, 1.0, boundary=Periodic())
+        stepper = Stepper(problem, WavePropagation(self.riemann), backend="numpy", nonhyperbolic="ignore")
+        for _ in range(30):
+            stepper.step()
+        assert np.isfinite(stepper.q).all()
+        kept = self.model.mass_rows() if self.model.defines("jump") else range(len(q))
+        for row in kept:
+            assert abs(stepper.q[row].sum() - q[row].sum()) < 1e-12 * np.abs(q).sum()
+
+    def test_a_mirrored_run_is_the_mirror_image(self) -> None:
+        try:
+            signs = np.array(self.model.wall_signs())[:, None]
+        except ValueError:
+            return
+        q = np.asarray(self.states(np.random.default_rng(6), 40), dtype=float)
+
+        def end(state: np.ndarray) -> np.ndarray:
+            problem = Problem(self.model, Grid(0.0, 1.0, 40), state, 1.0, boundary=Periodic())
+            stepper = Stepper(problem, WavePropagation(self.riemann), backend="numpy", nonhyperbolic="ignore")
+            for _ in range(5):
+                stepper.step()
+            return stepper.q.copy()
+
+        close((signs * end(signs * q[:, ::-1]))[:, ::-1], end(q), 1e-11)
+
+    def test_both_backends_agree(self) -> None:
+        q = np.asarray(self.states(np.random.default_rng(7), 60), dtype=float)
+        problem = Problem(self.model, Grid(0.0, 1.0, 60), q, 1e-3, boundary=Periodic())
+        ends = [solve(problem, WavePropagation(self.riemann), backend=backend, nonhyperbolic="ignore").q[-1]
+                for backend in (BACKENDS if self.riemann.compilable else ("numpy",))]
+        close(ends[0], ends[-1], 1e-12)

@@ -1,0 +1,141 @@
+"""The conformance suites on the framework's own parts, and on parts of a user."""
+
+import attrs
+import numpy as np
+import pytest
+
+import fvkit as fv
+from fvkit.testing import LimiterConformance, ModelConformance, RiemannConformance
+from tests.cases import PSystem, Traffic
+
+
+class TestAdvection(ModelConformance):
+    model = fv.Advection(-1.5)
+
+    def states(self, rng, count):
+        return rng.uniform(-1.0, 1.0, (1, count))
+
+
+class TestBurgers(ModelConformance):
+    model = fv.Burgers()
+
+    def states(self, rng, count):
+        return rng.uniform(0.5, 2.0, (1, count))
+
+
+class TestAcoustics(ModelConformance):
+    model = fv.Acoustics(rho=2.0, bulk=3.0)
+
+    def states(self, rng, count):
+        return rng.uniform(-1.0, 1.0, (2, count))
+
+
+class TestTraffic(ModelConformance):
+    model = Traffic(limit=1.3)
+
+    def states(self, rng, count):
+        return rng.uniform(0.1, 0.4, (1, count))
+
+
+class TestIsothermalGas(ModelConformance):
+    model = PSystem(c=1.2)
+
+    def states(self, rng, count):
+        return np.stack([rng.uniform(0.5, 2.0, count), rng.uniform(-0.5, 0.5, count)])
+
+
+class TestMC(LimiterConformance):
+    limiter = fv.MC()
+
+
+class TestMinmod(LimiterConformance):
+    limiter = fv.Minmod()
+
+
+class TestSuperbee(LimiterConformance):
+    limiter = fv.Superbee()
+
+
+class TestVanLeer(LimiterConformance):
+    limiter = fv.VanLeer()
+
+
+class TestNoLimiter(LimiterConformance):
+    limiter, monotone = fv.NoLimiter(), False
+
+
+class TestThirdOrder(LimiterConformance):
+    """Its caps depend on nu, and go beyond 2."""
+
+    limiter, monotone = fv.ThirdOrder(), False
+
+
+def gas(q_l, q_r, aux_l, aux_r, problem_data):
+    """Roe's solver of the isothermal gas in PyClaw's form, written for this test."""
+    c = problem_data["c"]
+    root_l, root_r = np.sqrt(q_l[0]), np.sqrt(q_r[0])
+    u = (q_l[1] / root_l + q_r[1] / root_r) / (root_l + root_r)
+    d_rho, d_m = q_r[0] - q_l[0], q_r[1] - q_l[1]
+    first = ((u + c) * d_rho - d_m) / (2.0 * c)
+    second = d_rho - first
+    wave = np.empty((2, 2, q_l.shape[1]))
+    wave[:, 0], wave[:, 1] = (first, first * (u - c)), (second, second * (u + c))
+    s = np.array([u - c, u + c])
+    amdq = sum(np.minimum(s[k], 0.0) * wave[:, k] for k in range(2))
+    apdq = sum(np.maximum(s[k], 0.0) * wave[:, k] for k in range(2))
+    return wave, s, amdq, apdq
+
+
+class TestPyClawAdapter(RiemannConformance):
+    model = PSystem(c=1.2)
+    riemann = fv.PyClawRiemann(gas, {"c": 1.2})
+    states = TestIsothermalGas.states
+
+
+@attrs.frozen
+class Upwind(fv.RiemannSolver):
+    """A user's own solver for scalar laws: one wave, at the speed of the jump."""
+
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        change = qr[0] - ql[0]
+        low, _ = model.wave_speeds(ql)
+        return (jump,), (fv.where(change == 0.0, low, jump[0] / fv.where(change == 0.0, 1.0, change)),)
+
+
+class TestOwnSolver(RiemannConformance):
+    model, riemann, states = fv.Burgers(), Upwind(), TestBurgers.states
+
+
+def test_a_solver_in_pyclaws_form_gives_the_dam_break_of_a_gas_as_hll_does():
+    def start(x):
+        return np.stack([np.where(x < 0.5, 2.0, 1.0), 0.0 * x])
+
+    problem = fv.Problem(PSystem(c=1.2), fv.Grid(0.0, 1.0, 200), start, 0.15)
+    adapted, own = (fv.solve(problem, fv.WavePropagation(solver)) for solver in (TestPyClawAdapter.riemann, fv.HLL()))
+    assert adapted.stats.backend == "numpy"
+    assert np.abs(adapted.q[-1] - own.q[-1]).mean() < 2e-3
+
+
+def test_the_adapter_names_what_cannot_work():
+    with pytest.raises(TypeError, match="`function` must be a Riemann solver"):
+        fv.PyClawRiemann("roe")
+    problem = fv.Problem(PSystem(), fv.Grid(0.0, 1.0, 20), np.ones((2, 20)), 0.1)
+    pytest.importorskip("numba")
+    with pytest.raises(ValueError, match="needs whole arrays"):
+        fv.solve(problem, fv.WavePropagation(TestPyClawAdapter.riemann), backend="numba")
+
+
+def test_a_model_that_lies_is_caught():
+    @attrs.frozen
+    class Wrong(fv.Model):
+        conserved = ("u",)
+
+        def flux(self, q):
+            return (q[0] * q[0],)
+
+        def wave_speeds(self, q):
+            return 0.5 * q[0], 0.5 * q[0]
+
+    suite = type("Suite", (ModelConformance,), {"model": Wrong(), "states": TestBurgers.states})()
+    with pytest.raises(AssertionError):
+        suite.test_speeds_bound_the_derivative_of_the_flux()
