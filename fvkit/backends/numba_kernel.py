@@ -150,7 +150,8 @@ def _aligned(size: int) -> np.ndarray:
 
 
 def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str) -> str:
-    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, **own_constants, **{item.name: int(item) for item in Outcome}}
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, **own_constants,
+                 **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
 

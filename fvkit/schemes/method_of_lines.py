@@ -53,7 +53,8 @@ class MethodOfLines(Scheme):
     -----
     Fifth order where the solution is smooth and masses are present. For a model with masses the polynomial of a cell is
     drawn towards its mean where it would leave a face less than a tenth of it, and where masses of its five cells differ
-    by more than a factor 10: shores are first order. With an SSP integrator depths then stay non-negative; `DP5` and `ARK4`
+    by more than a factor 10: shores are first order. It is drawn further where velocities at its faces would leave those of
+    the cell and its neighbours, and faces where a phase parts faster than sound get the relaxation solver. With an SSP integrator depths then stay non-negative; `DP5` and `ARK4`
     do not promise that.
 
     Where the solution jumps, second-order `WavePropagation` gives the same error in a fifth of the time. Static friction
@@ -199,7 +200,8 @@ def calm(states, sides, row, momentum, sound):
     centre = len(states) // 2
     before, here, after = ((state[row], state[momentum] / (state[row] + TINY)) for state in states[centre - 1:centre + 2])
     h, v = here
-    bound, share = maximum(np.abs(before[1] - v), np.abs(after[1] - v)) + sound, 1.0
+    bound = maximum(np.abs(before[1] - v), np.abs(after[1] - v)) + sound
+    share: Any = 1.0
     for side in sides:
         excess, room = np.abs(side[momentum] - v * side[row]) - bound * side[row], bound * h
         share = minimum(share, where(excess > room, room / (maximum(excess, 0.0) + TINY), 1.0))

@@ -18,7 +18,6 @@ from fvkit_granular.stress.randomly import draw
 from tests.cases import (
     GRANULAR,
     SOLVERS,
-    Stepper,
     averages,
     l1,
     name_of,
