@@ -54,8 +54,8 @@ class MethodOfLines(Scheme):
     Fifth order where the solution is smooth and masses are present. For a model with masses the polynomial of a cell is
     drawn towards its mean where it would leave a face less than a tenth of it, and where masses of its five cells differ
     by more than a factor 10: shores are first order. It is drawn further where velocities at its faces would leave those of
-    the cell and its neighbours, and faces where a phase parts faster than sound get the relaxation solver. With an SSP integrator depths then stay non-negative; `DP5` and `ARK4`
-    do not promise that.
+    the cell and its neighbours, and faces where a phase parts faster than sound get the relaxation solver. With an SSP
+    integrator depths then stay non-negative; `DP5` and `ARK4` do not promise that.
 
     Where the solution jumps, second-order `WavePropagation` gives the same error in a fifth of the time. Static friction
     (piles at rest) is left to it.

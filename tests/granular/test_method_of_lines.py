@@ -131,7 +131,7 @@ def test_the_closed_integral_over_a_cell_is_that_of_the_jumps_to_seventh_order(m
 
 # ---------------------------------------------------------------------- what is kept
 
-@pytest.mark.parametrize("model", (*GRANULAR, gr.PitmanLe()), ids=name_of)
+@pytest.mark.parametrize("model", [*GRANULAR, gr.PitmanLe()], ids=name_of)
 @pytest.mark.parametrize("reconstruction", RECONSTRUCTIONS, ids=name_of)
 def test_rest_is_kept_over_any_bottom(reconstruction, model):
     bottoms = (averages(rest_bottom, fv.Grid(0.0, 2.0, 40)), 0.6 * np.random.default_rng(5).random(40))
