@@ -17,8 +17,9 @@ from fvkit.schemes.base import Parts, Scheme
 #: Steps are made even over this many before an output time, so that the last one is no sliver.
 EVEN = 1000
 
-#: A step is retried at most this often; each retry shortens it to the Courant number aimed at.
-MAX_RETRIES = 30
+#: A step is retried at most this often; each retry shortens it to the Courant number aimed at, but to no less than a share:
+#: speeds of the stages of a step that was too long say nothing about those of a shorter one.
+MAX_RETRIES, SHORTEST = 30, 0.25
 
 
 class Outcome(IntEnum):
@@ -250,7 +251,7 @@ class StepwiseKernel(Kernel):
             if cfl <= scheme.cfl_max:
                 break
             march.rejected += 1
-            dt = march.dt = dt * scheme.cfl / cfl
+            dt = march.dt = dt * max(scheme.cfl / cfl, SHORTEST)
             last = False
         else:
             return Outcome.NO_STEP

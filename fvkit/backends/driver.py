@@ -71,7 +71,7 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_
                 break
             count[1] += 1
             tries += 1
-            h = h * cfl_aim / cfl
+            h = h * max(cfl_aim / cfl, SHORTEST)
             real[1] = h
             last = False
         if not accepted:

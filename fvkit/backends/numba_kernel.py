@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends import cache, emit
-from fvkit.backends.base import EVEN, MAX_RETRIES, Kernel, March, Outcome, step_length
+from fvkit.backends.base import EVEN, MAX_RETRIES, SHORTEST, Kernel, March, Outcome, step_length
 from fvkit.backends.driver import DRIVER, STAGED_DRIVER
 from fvkit.backends.emit import Block
 from fvkit.backends.generator import Source, generate
@@ -151,7 +151,8 @@ def _aligned(size: int) -> np.ndarray:
 
 
 def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str) -> str:
-    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, **own_constants, **{item.name: int(item) for item in Outcome}}
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, **own_constants,
+                 **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
 
