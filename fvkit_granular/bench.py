@@ -12,7 +12,21 @@ import attrs
 import numpy as np
 from matplotlib.figure import Figure
 
-from fvkit import HLL, Grid, Model, Periodic, Problem, RiemannSolver, Roe, Rusanov, Stepper, WavePropagation
+from fvkit import (
+    HLL,
+    Grid,
+    MethodOfLines,
+    Model,
+    Periodic,
+    Problem,
+    RiemannSolver,
+    Roe,
+    Rusanov,
+    Scheme,
+    Stepper,
+    WavePropagation,
+    _validate,
+)
 from fvkit.backends.numba_kernel import available
 from fvkit.io import write_whole
 from fvkit.names import public_name
@@ -24,6 +38,9 @@ from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.shallow_water import ShallowWater
 from fvkit_granular.two_phase import TwoPhase
+
+#: Orders that can be measured; 5 is one stage of the method of lines, MP5.
+ORDERS = (1, 2, 5)
 
 #: A timed block takes about this long, s, and at least this many steps.
 BLOCK, LEAST_STEPS = 0.05, 3
@@ -60,13 +77,15 @@ def bottom(x: np.ndarray) -> np.ndarray:
 
 
 def stepping(model: Model, riemann: RiemannSolver, order: int, backend: str, cells: int) -> Run:
-    """Return a function that takes k steps and returns the seconds per step, stepping alone."""
-    stepper = Stepper(flow(model, cells), WavePropagation(riemann, order=order), backend=backend, nonhyperbolic="ignore")
+    """Return a function that takes k steps and returns the seconds per step, of order 5 per stage, stepping alone."""
+    scheme: Scheme = MethodOfLines(riemann) if order == 5 else WavePropagation(riemann, order=order)
+    stages = 1 if scheme.time_integrator is None else len(scheme.time_integrator.beta)
+    stepper = Stepper(flow(model, cells), scheme, backend=backend, nonhyperbolic="ignore")
 
     def run(steps: int) -> float:
         before = stepper.stats().seconds
         stepper.run(np.inf, steps)
-        return (stepper.stats().seconds - before) / steps
+        return (stepper.stats().seconds - before) / steps / stages
 
     return run
 
@@ -122,7 +141,19 @@ class Bench:
         versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
         machine = f"{self.machine['processor']}, one thread; {versions}"
         note = "median (minimum) of interleaved repeats, stepping only"
-        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios()])
+        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios(), *self.stages()])
+
+    def stages(self) -> list[str]:
+        """Time of a stage of order 5 over that of a second-order step with Roe's solver, at each number of cells."""
+        series, lines = self.series(), []
+        for case, rows in series.items():
+            step = series.get(case._replace(riemann="roe", order=2), [])
+            steps = {row["cells"]: row["ns_per_cell_step"] for row in step}
+            found = [f"{row['ns_per_cell_step'] / steps[row['cells']]:.2f} at {row['cells']}" for row in rows
+                     if row["cells"] in steps]
+            if case.order == 5 and found:
+                lines.append(f"{case.label}: a stage takes x a second-order Roe step: {', '.join(found)} cells")
+        return lines
 
     def plot(self) -> Figure:
         """Return the picture: a panel per model."""
@@ -160,7 +191,7 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
 
     Parameters
     ----------
-    cells, orders : what to measure.
+    cells, orders : what to measure; order 5 is a stage of `fvkit.MethodOfLines`.
     backends : ``"numba"`` and ``"numpy"``; default: those that are installed.
     repeats : timed blocks of each, of about 0.05 s.
     progress : function that receives a line of text now and then.
@@ -171,6 +202,8 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
         PyClaw's Fortran solvers for shallow water are measured in the same run where ``clawpack`` is installed.
     """
     tell = progress or (lambda line: None)
+    for order in orders:
+        _validate.choice(order, "orders", ORDERS)
     chosen = backends or (("numba", "numpy") if available() else ("numpy",))
     rows: list[dict[str, Any]] = []
     for count in cells:
@@ -184,7 +217,7 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
                         runs[case] = stepping(model, riemann, order, backend, count)
         if find_spec("clawpack") is not None:
             runs |= {Case("shallow-water", name, order, "pyclaw"): run
-                     for (name, order), run in pyclaw_runs(count, orders, bottom).items()}
+                     for (name, order), run in pyclaw_runs(count, [order for order in orders if order < 5], bottom).items()}
         tell(f"N = {count}: measuring {len(runs)} cases")
         started = time.perf_counter()
         rows += measure(runs, count, repeats)

@@ -53,7 +53,8 @@ def register(commands: Any) -> None:
                         "fvkit bench --cells 1000 10000 --orders 2")
     speed.add_argument("--cells", nargs="+", type=int, default=[100, 1000, 10_000, 100_000], metavar="N",
                        help="numbers of cells (default 100 1000 10000 100000)")
-    speed.add_argument("--orders", nargs="+", type=int, default=[1, 2], metavar="P", help="1, 2 or both (default both)")
+    speed.add_argument("--orders", nargs="+", type=int, default=[1, 2], metavar="P",
+                       help="any of 1, 2 and 5, which is a stage of MP5 (default 1 2)")
     speed.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
     speed.add_argument("--repeats", type=int, default=5, help="timed blocks of each case (default 5)")
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")

@@ -146,7 +146,7 @@ class ModelConformance:
     def test_the_cell_integral_is_that_of_the_jump(self) -> None:
         need(self.model, "cell_integral", "jump")
         from fvkit.polynomial import polynomial
-        from fvkit.schemes.method_of_lines import romberg
+        from fvkit.schemes.cells import romberg
 
         q, rng = self.drawn(5), np.random.default_rng(6)
         aux = rng.uniform(-0.1, 0.1, (len(self.model.aux), COUNT))

@@ -45,7 +45,7 @@ class PeriodicFlow:
 
 def periodic_flow(initial: Callable[[np.ndarray], Mapping[str, Any]], bottom: Callable[[np.ndarray], Any], t: float,
                   interval: tuple[float, float] = (0.0, 1.0), g: float = 9.81, gamma: float = 0.5,
-                  modes: int = 96) -> PeriodicFlow:
+                  modes: int = 96, drag: float = 0.0) -> PeriodicFlow:
     """Return the flow at time ``t``.
 
     Parameters
@@ -56,6 +56,7 @@ def periodic_flow(initial: Callable[[np.ndarray], Mapping[str, Any]], bottom: Ca
     interval : (lower, upper), m.
     g, gamma : gravity, m/s^2; density ratio in (0, 1).
     modes : Fourier modes; ``accuracy`` of the result says whether they suffice.
+    drag : constant drag coefficient D, 1/s, >= 0; the march is explicit, so its time grows with D beyond 1e3.
 
     Raises
     ------
@@ -63,8 +64,9 @@ def periodic_flow(initial: Callable[[np.ndarray], Mapping[str, Any]], bottom: Ca
         If the solution is not resolved: it is too rough, or ``t`` too late.
     """
     time, count = real(t, "t", above=0.0), whole(modes, "modes", at_least=6)
+    force = real(drag, "drag", at_least=0.0)
     lower, length = float(interval[0]), float(interval[1] - interval[0])
-    fine, coarse = (_march(initial, bottom, time, lower, length, g, gamma, m) for m in (count, 2 * (count // 3)))
+    fine, coarse = (_march(initial, bottom, time, lower, length, g, gamma, m, force) for m in (count, 2 * (count // 3)))
     x = np.linspace(0.0, 1.0, 4 * count, endpoint=False)
     accuracy = float(np.abs(_values(fine, x) - _values(coarse, x)).max())
     if not accuracy < 1e-3:
@@ -73,7 +75,8 @@ def periodic_flow(initial: Callable[[np.ndarray], Mapping[str, Any]], bottom: Ca
     return PeriodicFlow(lower, length, time, fine, accuracy)
 
 
-def _march(initial: Any, bottom: Any, t: float, lower: float, length: float, g: float, gamma: float, modes: int) -> np.ndarray:
+def _march(initial: Any, bottom: Any, t: float, lower: float, length: float, g: float, gamma: float, modes: int,
+           drag: float) -> np.ndarray:
     """Return the coefficients (4, modes) at time t."""
     x = lower + length * np.arange(modes) / modes
     k = 2j * np.pi / length * np.fft.fftfreq(modes, 1.0 / modes)
@@ -90,7 +93,8 @@ def _march(initial: Any, bottom: Any, t: float, lower: float, length: float, g: 
         hs, ms, hf, mf = flat.reshape(4, modes)
         solid = -dx(ms * ms / hs + 0.5 * g * hs * (hs + (1.0 - gamma) * hf)) - g * hs * (gamma * dx(hf) + slope)
         fluid = -dx(mf * mf / hf + 0.5 * g * hf * hf) - g * hf * (dx(hs) + slope)
-        return np.concatenate([-dx(ms), solid, -dx(mf), fluid])
+        force = drag * (hs + hf) * (mf / hf - ms / hs)
+        return np.concatenate([-dx(ms), solid + gamma * force, -dx(mf), fluid - force])
 
     start = np.concatenate([hs, hs * state["vs"], hf, hf * state["vf"]])
     with np.errstate(all="ignore"):

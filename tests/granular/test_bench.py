@@ -40,3 +40,14 @@ def test_pyclaw_runs_where_it_is_installed(monkeypatch, tmp_path):
 
     for run in pyclaw_runs(100, (2,), bottom).values():
         assert run(3) > 0.0
+
+
+def test_a_stage_of_fifth_order_is_compared_with_a_second_order_step():
+    result = bench([40], [2, 5], ["numpy"], repeats=1)
+    assert {row["order"] for row in result.rows} >= {2, 5}
+    assert "a stage takes x a second-order Roe step" in result.table()
+
+
+def test_an_order_that_cannot_be_measured_is_named():
+    with pytest.raises(ValueError, match=r"`orders`.*4"):
+        bench([40], [4])

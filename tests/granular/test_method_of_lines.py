@@ -12,7 +12,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.backends.numba_kernel import available
 from fvkit.polynomial import polynomial
-from fvkit.schemes.method_of_lines import romberg
+from fvkit.schemes.cells import romberg
 from fvkit_granular.exact import hump, rarefaction_fans, simple_wave, two_phase_riemann
 from fvkit_granular.stress.randomly import draw
 from tests.cases import (
