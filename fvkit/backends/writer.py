@@ -6,6 +6,8 @@ constants, nothing is indexed from below: each of these was measured to matter b
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from fvkit.backends.emit import Block, block, is_condition
 from fvkit.backends.halo import Plan
 from fvkit.backends.percell import PerCell
@@ -171,7 +173,7 @@ class Writer:
 
         outputs = list({value.index: value for value in values if isinstance(value, Expr)}.values())
         if not outputs:
-            return ["" if value is None else repr(value) for value in values]
+            return [_number(value) for value in values]
         known = self.percell.find(outputs, plain, always)
         made = block(f"{self.prefix}block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node))
         for item in made.inputs:
@@ -182,7 +184,7 @@ class Writer:
         left = "".join(f"{name}, " for name in names.values())
         inputs = (stored.get(item.index) or self.argument(item) for item in made.inputs)
         self.emit(f"({left}) = {made.name}({', '.join(inputs)})", depth)
-        return [names[value.index] if isinstance(value, Expr) else "" if value is None else repr(value) for value in values]
+        return [names[value.index] if isinstance(value, Expr) else _number(value) for value in values]
 
     def keep_per_cell(self, node: Expr, function: int, place: int) -> None:
         """Give a function of one cell a row, and let the node be read from it."""
@@ -215,3 +217,8 @@ class Writer:
         for stage in stages:
             own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own, low)), strict=True))
         return own
+
+
+def _number(value: Any) -> str:
+    """Text of a constant that tracing has found: a plain number, whatever NumPy calls it; nothing for None."""
+    return "" if value is None else repr(value.item() if isinstance(value, np.generic) else value)

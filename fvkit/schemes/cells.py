@@ -4,50 +4,110 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit.pointwise import add, minimum, scale, subtract
+from fvkit.pointwise import add, scale, subtract
 from fvkit.polynomial import polynomial
-from fvkit.schemes.shores import kept, smoothness, trust
+from fvkit.schemes.shores import asked, kept, rules, trust
 
 
 def reconstruct(parts, ratio, *stencil):
     """Return the states and aux values at both faces of a cell, and the integral over it."""
-    left, right, q, aux = polynomials(parts, *stencil)
-    return (left, right, tuple([item.left for item in aux]), tuple([item.right for item in aux]),
-            inside(parts.model, left, right, q, aux))
+    return on_cell(parts.model, *whole(parts, stencil))
+
+
+def near_shore(parts, ratio, *inputs):
+    """Whether the polynomial of a cell must be drawn to its mean."""
+    stencil, found = inputs[:-5], inputs[-5:]
+    states, given = split(parts.model, stencil)
+    q = states[len(states) // 2]
+    return asked(rules(parts.model, states, given, subtract(found[0], q), subtract(found[1], q), lifts(parts.model, stencil)))
+
+
+def draw(parts, ratio, *inputs):
+    """Draw what `reconstruct` found of a cell to its mean."""
+    stencil, (left, right, bed_left, bed_right, _) = inputs[:-5], inputs[-5:]
+    states, given = split(parts.model, stencil)
+    q, aux = states[len(states) // 2], given[len(given) // 2]
+    third_modes = bends(parts, stencil)
+    sides = (subtract(left, q), subtract(right, q), subtract(bed_left, aux), subtract(bed_right, aux))
+    return on_cell(parts.model, *drawn(parts, stencil, sides, third_modes))
 
 
 def polynomials(parts, *stencil):
-    """Return the face states of a cell, and the polynomials of q and aux on it, drawn to their means at shores."""
-    model, width = parts.model, len(stencil) // 2
-    states, given = stencil[:width], [item[:len(model.aux)] for item in stencil[width:]]
-    flows = [of_background(model, item) for item in stencil[width:]]
-    q, aux, flow = states[width // 2], given[width // 2], flows[width // 2]
-    bed_left, bed_right = faces(parts.reconstruction, [subtract(item, aux) for item in given])
-    bed_third = third(parts.reconstruction, given)
-    lifted = [subtract(item, q) for item in states]
-    lifts = model.defines("lift") and flow is None
+    """Return the polynomials of q and aux on a cell, drawn to their means at shores."""
+    q, aux, sides, third_modes = whole(parts, stencil)
+    if parts.model.phases:
+        q, aux, sides, third_modes = drawn(parts, stencil, sides, third_modes)
+    _, _, inner, bed = assembled(q, aux, sides, third_modes)
+    return inner, bed
+
+
+def split(model, stencil):
+    """Return the states and the aux values of a stencil, without what stands behind these."""
+    width = len(stencil) // 2
+    return stencil[:width], [item[:len(model.aux)] for item in stencil[width:]]
+
+
+def lifts(model, stencil):
+    """Whether q + lift is reconstructed: not with a background, whose deviation is."""
+    return model.defines("lift") and of_background(model, stencil[-1]) is None
+
+
+def deviations(parts, stencil):
+    """Return what is reconstructed, less its value in the cell: q + lift, or q - background."""
+    model, (states, given) = parts.model, split(parts.model, stencil)
+    flows = [of_background(model, item) for item in stencil[len(states):]]
+    q, aux, flow = states[len(states) // 2], given[len(given) // 2], flows[len(flows) // 2]
+    found = [subtract(item, q) for item in states]
     if flow is not None:
-        lifted = [subtract(item, subtract(own.mean, flow.mean)) for item, own in zip(lifted, flows, strict=True)]
-    if lifts:
-        lifted = [add(item, model.lift(q, subtract(bed, aux))) for item, bed in zip(lifted, given, strict=True)]
-    modes = [model.to_modes(q, item) for item in lifted]
+        return [subtract(item, subtract(own.mean, flow.mean)) for item, own in zip(found, flows, strict=True)]
+    if model.defines("lift"):
+        return [add(item, model.lift(q, subtract(bed, aux))) for item, bed in zip(found, given, strict=True)]
+    return found
+
+
+def bends(parts, stencil):
+    """Return the third modes of q and of aux."""
+    model, (states, given) = parts.model, split(parts.model, stencil)
+    flow, bed = of_background(model, stencil[-1 - len(states) // 2]), third(parts.reconstruction, given)
+    bend = third(parts.reconstruction, deviations(parts, stencil))
+    if flow is not None:
+        return add(bend, flow.third), bed
+    return (subtract(bend, model.lift(states[len(states) // 2], bed)) if model.defines("lift") else bend), bed
+
+
+def whole(parts, stencil):
+    """Return q and aux of a cell, the deviations at its faces, (left, right) of each, and the third modes of both."""
+    model, (states, given) = parts.model, split(parts.model, stencil)
+    q, aux, flow = states[len(states) // 2], given[len(given) // 2], of_background(model, stencil[-1 - len(states) // 2])
+    beds = faces(parts.reconstruction, [subtract(item, aux) for item in given])
+    modes = [model.to_modes(q, item) for item in deviations(parts, stencil)]
     left, right = (model.from_modes(q, amplitudes) for amplitudes in faces(parts.reconstruction, modes))
-    bend = third(parts.reconstruction, lifted)
-    if lifts:
-        left, right, bend = (subtract(item, model.lift(q, bed)) for item, bed in
-                             ((left, bed_left), (right, bed_right), (bend, bed_third)))
     if flow is not None:
         left, right = add(left, subtract(flow.left, flow.mean)), add(right, subtract(flow.right, flow.mean))
-        bend = add(bend, flow.third)
-    if model.phases:
-        share = trust(model, states, left, right)
-        if lifts:
-            share = minimum(share, smoothness(model, states, given))
-        left, right, bend, bed_left, bed_right, bed_third = (
-            kept(share, item) for item in (left, right, bend, bed_left, bed_right, bed_third))
-    left, right, bed_left, bed_right = add(q, left), add(q, right), add(aux, bed_left), add(aux, bed_right)
-    return (left, right, tuple(map(polynomial, q, left, right, bend)),
-            tuple(map(polynomial, aux, bed_left, bed_right, bed_third)))
+    elif model.defines("lift"):
+        left, right = (subtract(item, model.lift(q, bed)) for item, bed in zip((left, right), beds, strict=True))
+    return q, aux, (left, right, *beds), bends(parts, stencil)
+
+
+def drawn(parts, stencil, sides, third_modes):
+    """Return the same with as much of the deviations as a shore allows."""
+    model, (states, given) = parts.model, split(parts.model, stencil)
+    share = trust(rules(model, states, given, sides[0], sides[1], lifts(model, stencil)))
+    return (states[len(states) // 2], given[len(given) // 2], tuple([kept(share, item) for item in sides]),
+            tuple([kept(share, item) for item in third_modes]))
+
+
+def assembled(q, aux, sides, third_modes):
+    """Return the states at both faces, and the polynomials of q and aux."""
+    left, right, bed_left, bed_right = add(q, sides[0]), add(q, sides[1]), add(aux, sides[2]), add(aux, sides[3])
+    return (left, right, tuple(map(polynomial, q, left, right, third_modes[0])),
+            tuple(map(polynomial, aux, bed_left, bed_right, third_modes[1])))
+
+
+def on_cell(model, q, aux, sides, third_modes):
+    """Return the states and aux values at both faces of a cell, and the integral over it."""
+    left, right, inner, bed = assembled(q, aux, sides, third_modes)
+    return (left, right, add(aux, sides[2]), add(aux, sides[3]), inside(model, left, right, inner, bed))
 
 
 class Background(NamedTuple):
@@ -118,7 +178,7 @@ NODES = tuple((0.5 * float(x), 0.5 * float(w)) for x, w in zip(*np.polynomial.le
 
 def mean_source(parts, ratio, *stencil):
     """Return minus the mean over a cell of S(y), y = q + a S(y), at Gauss nodes; ``ratio`` is a."""
-    _, _, q, aux = polynomials(parts, *stencil)
+    q, aux = polynomials(parts, *stencil)
     result: Any = None
     for node, weight in NODES:
         state, given = tuple([item.at(node) for item in q]), tuple([item.at(node) for item in aux])

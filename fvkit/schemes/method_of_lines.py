@@ -10,7 +10,7 @@ from fvkit.model import Model
 from fvkit.reconstruction import MP5, Reconstruction
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
-from fvkit.schemes.cells import faces, mean_source, net_change, reconstruct, third
+from fvkit.schemes.cells import draw, faces, mean_source, near_shore, net_change, reconstruct, third
 from fvkit.schemes.dry import hold_within, mass_fluxes, may_overdraw
 from fvkit.schemes.faces import BOTH, face_stages, here, to_left, to_right
 from fvkit.sources import Source, Splitting, Strang, Unsplit
@@ -86,7 +86,11 @@ class MethodOfLines(Scheme):
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         face = (Read("right", -1, -1), Read("left", 0, 0), Read("right_aux", -1, -1), Read("left_aux", 0, 0))
-        result = [self._reconstruct(parts), *face_stages(parts, face, fixes=self.riemann.eigenvectors)]
+        first = self._reconstruct()
+        result = [first]
+        if parts.model.phases:
+            result.append(Stage(draw, (*first.reads, *here(*first.writes)), first.writes, guard=near_shore))
+        result += face_stages(parts, face, fixes=self.riemann.eigenvectors)
         terms: tuple[str, ...] = ()
         if parts.model.phases:
             terms = ("carried",)
@@ -100,7 +104,7 @@ class MethodOfLines(Scheme):
         """Return the stages of the implicit sources: ``net`` is their mean rate over a cell, with its sign turned."""
         if not (self.integrator.implicit and parts.sources):
             return ()
-        return (Stage(mean_source, self._reconstruct(parts).reads, ("net",)),)
+        return (Stage(mean_source, self._reconstruct().reads, ("net",)),)
 
     def around(self, parts: Parts) -> Parts:
         return parts
@@ -125,7 +129,7 @@ class MethodOfLines(Scheme):
     def completed(self, rows: np.ndarray, net: np.ndarray) -> np.ndarray:
         return np.concatenate([rows[:-len(net)], net])
 
-    def _reconstruct(self, parts: Parts) -> Stage:
+    def _reconstruct(self) -> Stage:
         reach = self.reconstruction.reach
         return Stage(reconstruct, (Read("q", -reach, reach), Read("aux", -reach, reach)),
                      ("left", "right", "left_aux", "right_aux", "inside"))

@@ -264,3 +264,10 @@ def test_a_long_run_needs_two_copies_of_the_state_and_a_megabyte():
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     assert peak <= 2 * q.nbytes + 1_000_000
+
+
+def test_constants_that_tracing_finds_are_plain_numbers():
+    """On a flat bottom whole expressions of a stage are constants, some of them NumPy's own scalars."""
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 20), np.ones((2, 20)), 0.1)
+    solution = fv.solve(problem, fv.MethodOfLines(fv.HLL()), backend="numba")
+    np.testing.assert_allclose(solution.q[-1], 1.0, rtol=1e-13)
