@@ -63,10 +63,23 @@ class March:
 
     def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False) -> None:
         self._buffers = (q, q.copy())
-        self.real = np.array([t, dt, 0.0, np.nan])
-        self.count = np.array([0, 0, 0, -1, 0])
-        self.masses = np.zeros((2, max(masses, 1)))
+        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0]), np.zeros((2, max(masses, 1)))
         self.stop_when_lost = stop_when_lost
+
+    @property
+    def real(self) -> np.ndarray:
+        """t, dt, max_cfl, lost_time."""
+        return self.books[0]
+
+    @property
+    def count(self) -> np.ndarray:
+        """steps, rejected, lost, lost_face, and the number of times that ``now`` and ``next`` changed places."""
+        return self.books[1]
+
+    @property
+    def masses(self) -> np.ndarray:
+        """What passed both ends, (2, masses)."""
+        return self.books[2]
 
     @property
     def now(self) -> np.ndarray:
@@ -78,9 +91,16 @@ class March:
         """The trial state, padded."""
         return self._buffers[1 - self.count[4] % 2]
 
-    def accept(self) -> None:
-        """Make the trial state the accepted one."""
-        self.count[4] += 1
+    def accept(self, t: float, dt: float, cfl: float, passed: np.ndarray) -> None:
+        """Make the trial state the accepted one, at time t; dt is the next step, ``passed`` the masses through both ends.
+
+        It happens in one assignment, so that Ctrl-C finds a step whole or not at all.
+        """
+        real, count = self.real.copy(), self.count.copy()
+        real[:3] = t, dt, max(real[2], cfl)
+        count[0] += 1
+        count[4] += 1
+        self.books = real, count, self.masses + passed
 
 
 class Kernel(ABC):
@@ -262,10 +282,6 @@ class StepwiseKernel(Kernel):
             march.lost += report.lost
             if march.stop_when_lost:
                 return Outcome.LOST_HYPERBOLICITY
-        march.accept()
-        march.t = target if last else t + dt
-        march.steps += 1
-        march.max_cfl = max(march.max_cfl, cfl)
-        march.masses += dt * report.flux
-        march.dt = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
+        march.accept(target if last else t + dt, scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf,
+                     cfl, dt * report.flux)
         return Outcome.PAUSED
