@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from fvkit.configuration import effective
 from fvkit.problem import Problem
 from fvkit.schemes import Scheme
 from fvkit.solution import Stats, Status
-
-if TYPE_CHECKING:
-    from fvkit.netcdf import Writer
 
 
 class Frames(ABC):
