@@ -143,7 +143,7 @@ def test_the_deposit_is_the_pile_that_has_stopped_and_holds_all_of_its_mass():
     moving = gr.Front(1e-3)
     solve(dam_break(40, model=gr.TwoPhase), observers=[moving])
     assert moving.deposit[20] == 0.0
-    assert moving.deposit[0] == 1.0
+    assert moving.deposit[0] == pytest.approx(1.0, abs=1e-14)
 
 
 def test_a_front_needs_a_depth():
