@@ -229,7 +229,9 @@ def _read(file: Any, path: Path) -> Solution:
     for row, name in enumerate(model.conserved):
         q[:, row] = values(found.get(("conserved", name)), name, (k, n))
     aux = {name: values(found.get(("given", name)), name, (n,)) for name in model.aux}
-    return restored(t, q, aux, kept, model, grid, path)
+    while k > 1 and not t[k - 1] > t[k - 2]:  # a frame that was cut off: its time comes last
+        k -= 1
+    return restored(t[:k], q[:k], aux, kept, model, grid, path)
 
 
 def _library(name: str, what: str) -> Any:

@@ -19,7 +19,7 @@ class Observer(ABC):
     2. ``see(problem, t, q)`` is called with the start, t and q (num_eqn, n), and then after each accepted step; q is a view
        that the next step changes. A run that `fvkit.resume` continues is seen from there on.
 
-    A run with observers comes back to Python after every step, which costs a compiled run about a microsecond each.
+    A run with observers comes back to Python after every step: about ten microseconds each (measured), beside their own work.
     """
 
     _stepper: Stepper | None = attrs.field(default=None, init=False, repr=False)

@@ -265,7 +265,7 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     if checkpoint is not None and stream is not None:
         raise ValueError("`checkpoint` and `stream` do not go together: a checkpoint holds the outputs so far, give one of them")
     stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads)
-    targets = output_times(problem, times)
+    targets = _targets(problem, times)
     frames = Memory(len(targets) + 1, problem.q0) if stream is None else Stream(stream, problem, stepper.scheme)
     return run_to_end(stepper, targets, frames, checkpoint, progress, throw, max_steps, observers)
 
@@ -329,7 +329,7 @@ def _callbacks(observers: Iterable[Callable[[Stepper], None]]) -> tuple[Callable
     return given
 
 
-def output_times(problem: Problem, times: Iterable[float] | None) -> list[float]:
+def _targets(problem: Problem, times: Iterable[float] | None) -> list[float]:
     if times is None:
         return [problem.t_end]
     targets = _validate.array(times if isinstance(times, np.ndarray) or not isinstance(times, Iterable) else list(times), "times")

@@ -4,6 +4,9 @@ import contextlib
 import io
 import json
 import pickle
+import subprocess
+import sys
+import time
 import tracemalloc
 import zipfile
 from importlib.util import find_spec
@@ -55,6 +58,11 @@ def test_a_solution_comes_back_bit_for_bit(model, ending, tmp_path):
     for name in ("grid", "model", "status", "stats", "message", "configuration"):
         assert getattr(read, name) == getattr(kept, name), name
     assert set(read.observables()) == set(kept.observables())
+
+
+def test_the_order_of_an_array_in_memory_does_not_matter(solution, tmp_path):
+    turned = attrs.evolve(solution, q=np.asfortranarray(solution.q))
+    assert np.array_equal(fv.load(turned.save(tmp_path / "run.npz")).q, solution.q)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -409,6 +417,40 @@ def test_a_stream_that_fails_is_closed_under_its_name_and_one_that_is_cut_off_ca
     assert not (tmp_path / "cut.nc").exists()
     read = fv.load(tmp_path / "cut.part.nc")
     assert (read.status, read.t.tolist()) == (fv.Status.INTERRUPTED, [0.0, 0.1])
+
+
+@pytest.mark.skipif(not HAS_IO, reason="needs the extra io")
+def test_a_killed_stream_leaves_a_file_that_can_be_read(tmp_path):
+    code = f"""
+import sys
+sys.path[:0] = {[entry for entry in sys.path if entry]!r}
+import numpy as np
+from tests.core.test_storage import solve, wave
+print("ready", flush=True)
+solve(wave(100, 100.0), times=np.linspace(0.01, 100.0, 10_000), stream={str(tmp_path / "run.nc")!r})
+"""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    try:
+        assert process.stdout.readline() == b"ready\n"
+        time.sleep(0.7)
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+    read = fv.load(tmp_path / "run.part.nc")
+    assert (read.status, len(read.t) > 3) == (fv.Status.INTERRUPTED, True)
+    expected = solve(wave(100, 100.0), times=read.t[1:])
+    assert same_bits(read.q, expected.q)
+
+
+@pytest.mark.skipif(not HAS_IO, reason="needs the extra io")
+def test_a_frame_that_was_cut_off_is_left_out(solution, tmp_path):
+    import h5netcdf
+
+    file = solution.save(tmp_path / "run.nc")
+    with h5netcdf.File(file, "a") as data:
+        data.resize_dimension("time", 5)
+    assert same_bits(fv.load(file).q, solution.q)
 
 
 def test_a_stream_needs_its_ending_and_stands_alone(tmp_path):
