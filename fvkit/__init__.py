@@ -10,20 +10,24 @@ True
 """
 
 from fvkit.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
+from fvkit.checkpoint import Checkpoint
 from fvkit.contract import PointwiseError
 from fvkit.grid import Grid
 from fvkit.integrators import ARK4, DP5, SSPRK3, SSPRK104, Integrator
 from fvkit.limiters import MC, Limiter, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
 from fvkit.model import Model
 from fvkit.models import Acoustics, Advection, Burgers
+from fvkit.observers import Extremes, Gauge, Observer
 from fvkit.pointwise import maximum, minimum, where
 from fvkit.problem import Problem
 from fvkit.reconstruction import MP5, MUSCL, WENO5, Reconstruction
+from fvkit.resume import resume
 from fvkit.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusanov
 from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import Stepper, rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
+from fvkit.storage import load
 from fvkit.study.convergence import convergence
 from fvkit.study.orders import Convergence, OrderError
 
@@ -43,7 +47,10 @@ __all__ = [
     "Advection",
     "BoundaryCondition",
     "Burgers",
+    "Checkpoint",
     "Convergence",
+    "Extremes",
+    "Gauge",
     "Godunov",
     "Grid",
     "Inflow",
@@ -54,6 +61,7 @@ __all__ = [
     "Minmod",
     "Model",
     "NoLimiter",
+    "Observer",
     "OrderError",
     "Outflow",
     "Periodic",
@@ -79,8 +87,10 @@ __all__ = [
     "Wall",
     "WavePropagation",
     "convergence",
+    "load",
     "maximum",
     "minimum",
+    "resume",
     "rhs",
     "solve",
     "where",

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
@@ -28,6 +29,8 @@ class Model(Part, ABC):
     5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
        fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
     6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
+    7. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
+       such as {"u": ("m s-1", "velocity")}; names that are missing go without a unit.
 
     Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
     """
@@ -35,6 +38,7 @@ class Model(Part, ABC):
     conserved: ClassVar[tuple[str, ...]] = ()
     aux: ClassVar[tuple[str, ...]] = ()
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = ()
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
 
     @abstractmethod
     def flux(self, q):

@@ -1,6 +1,5 @@
 """`Solution`, its status and statistics."""
 
-import json
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,11 +8,11 @@ import attrs
 import numpy as np
 
 from fvkit.grid import Grid
-from fvkit.io import write_whole
 from fvkit.model import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from xarray import Dataset
 
 
 class Status(Enum):
@@ -77,6 +76,8 @@ class Solution:
     status : `Status`; ``success`` is ``status is Status.FINISHED``.
     stats : `Stats`.
     message : one sentence: how the run ended, and where if it failed.
+    configuration : plain data: model, scheme, boundary, sources, grid and times with all defaults, backend, versions,
+        status, statistics, citation. `fvkit.configuration.build` makes its parts again.
     """
 
     t: np.ndarray
@@ -87,6 +88,7 @@ class Solution:
     status: Status
     stats: Stats
     message: str = ""
+    configuration: dict[str, Any] = attrs.field(factory=dict, repr=False)
 
     @property
     def success(self) -> bool:
@@ -106,16 +108,43 @@ class Solution:
         return np.array([self.model.hyperbolicity_margin(q) for q in self.q])
 
     def save(self, path: str | Path) -> Path:
-        """Write times, states, aux values, grid and status to an ``.npz`` file; an existing file survives any failure."""
-        target = Path(path)
-        if target.suffix != ".npz":
-            raise ValueError(f"`path` must end in .npz, got {target.name!r}")
-        model = json.dumps({"name": type(self.model).__name__, "conserved": self.model.conserved,
-                            "parameters": dict(zip(self.model.parameter_names(), self.model.parameters(), strict=True))})
-        arrays: Any = {"t": self.t, "q": self.q, "x": self.grid.centers, "edges": self.grid.edges, "model": np.array(model),
-                  "status": np.array(self.status.name), "message": np.array(self.message),
-                  **{f"aux_{name}": values for name, values in self.aux.items()}}
-        return write_whole(target, lambda file: np.savez_compressed(file, **arrays))
+        """Write everything to a file that `fvkit.load` reads bit for bit; an existing file survives any failure.
+
+        Parameters
+        ----------
+        path : ``.npz`` needs nothing more; ``.nc`` is netCDF after CF-1.11 with a variable for every component and
+            observable, for any reader of netCDF, and needs the extra ``io``.
+
+        Returns
+        -------
+        pathlib.Path
+            ``path``.
+
+        Raises
+        ------
+        ValueError
+            For another ending.
+        ImportError
+            For ``.nc`` without the extra.
+        """
+        from fvkit.storage import save
+
+        return save(self, path)
+
+    def to_xarray(self) -> "Dataset":
+        """Return an ``xarray.Dataset``: components, observables and aux values with units over time and x.
+
+        Names are those of the model, made valid ("hs vs" is hs_vs, with the attribute original_name); the attribute
+        configuration is the whole configuration as JSON.
+
+        Raises
+        ------
+        ImportError
+            Without the extra ``io``.
+        """
+        from fvkit.netcdf import dataset
+
+        return dataset(self)
 
     def plot(self, ax: "Axes | None" = None, i: int = -1) -> "Axes":
         """Draw the state at output ``i``; returns the axes."""

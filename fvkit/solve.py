@@ -2,14 +2,18 @@
 
 import time as clock
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 
 import numpy as np
 
 from fvkit import _validate, contract
 from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, array_kernel, make_kernel
+from fvkit.checkpoint import Checkpoint, Saver
+from fvkit.configuration import effective
 from fvkit.problem import Problem
 from fvkit.progress import reporter
+from fvkit.recording import Frames, Memory, Stream
 from fvkit.schemes import Parts, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 
@@ -45,13 +49,12 @@ class Stepper:
     def __init__(self, problem: Problem, scheme: Scheme | None = None, backend: str = "auto",
                  nonhyperbolic: str = "warn", threads: int = 1) -> None:
         _validate.choice(backend, "backend", BACKENDS)
-        self._policy = _validate.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
-        self.problem = problem
+        self.nonhyperbolic = _validate.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
+        self.problem, self.threads = problem, _validate.whole(threads, "threads", at_least=1)
         self.scheme, parts = assemble(problem, scheme)
-        self._kernel: Kernel = make_kernel(backend, problem, self.scheme, parts,
-                                           _validate.whole(threads, "threads", at_least=1))
+        self._kernel: Kernel = make_kernel(backend, problem, self.scheme, parts, self.threads)
         self._march = March(self._kernel.padded(problem.q0), problem.t_start, self._first_dt(), len(self._kernel.mass_rows),
-                            stop_when_lost=self._policy == "raise")
+                            stop_when_lost=self.nonhyperbolic == "raise")
         self._seconds = 0.0
 
     @property
@@ -132,7 +135,7 @@ class Stepper:
         with np.errstate(all="ignore"):
             outcome = self._kernel.advance(march, target, max_steps)
         self._seconds += clock.perf_counter() - started
-        if march.lost and not known and self._policy == "warn":
+        if march.lost and not known and self.nonhyperbolic == "warn":
             self._warn_lost()
         if outcome is Outcome.BAD_STATE:
             self._fail(*self._diagnosis())
@@ -168,6 +171,20 @@ class Stepper:
         x = float(self.problem.grid.centers[cell]) if cell >= 0 else np.nan
         state = self._kernel.inside(self._march.now if padded is None else padded)[:, max(cell, 0)].copy()
         raise SolveError(status, self.t, cell, x, state, self.steps, self.problem.model.conserved)
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Copies of all that a run changes: with them `restore` puts another stepper of the same problem and scheme here."""
+        march = self._march
+        return {"now": self.q.copy(), "real": march.real.copy(), "count": march.count.copy(), "masses": march.masses.copy(),
+                "clock": np.array(self._seconds)}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go to a `snapshot`: what follows is what followed there, bit for bit on the same backend."""
+        march = self._march
+        for array, name in ((march.real, "real"), (march.count, "count"), (march.masses, "masses")):
+            array[:] = snapshot[name]
+        self._kernel.inside(march.now)[:] = snapshot["now"]
+        self._seconds = float(snapshot["clock"])
 
     def stats(self) -> Stats:
         """Statistics of the run so far."""
@@ -219,7 +236,8 @@ def check_parts(problem: Problem, parts: Parts) -> None:
 def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float] | None = None, *, backend: str = "auto",
           progress: bool | Callable[[float], None] = False, throw: bool = True, max_steps: int = 10_000_000,
           observers: Iterable[Callable[[Stepper], None]] = (), nonhyperbolic: str = "warn",
-          threads: int = 1, seconds: float | None = None) -> Solution:
+          threads: int = 1, seconds: float | None = None, checkpoint: Checkpoint | None = None,
+          stream: str | Path | None = None) -> Solution:
     """Solve a problem with a scheme.
 
     Parameters
@@ -235,11 +253,14 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     nonhyperbolic : ``"warn"``, ``"raise"`` or ``"ignore"`` where characteristic speeds turn complex.
     threads : threads of a compiled run; more than 1 only from 100,000 cells on.
     seconds : wall time of the stepping, s, after which a run stops as failed (`Status.OVER_BUDGET`), to about 0.1 s.
+    checkpoint : where and how often the run leaves what `resume` needs to continue it, see `Checkpoint`.
+    stream : name of a netCDF file (.nc, extra ``io``) that gets every output as soon as it is there, under the name
+        NAME.part.nc until the run ends, well or not; a run that is killed leaves that, readable. Not with ``checkpoint``.
 
     Returns
     -------
     Solution
-        Start, then ``times``.
+        Start, then ``times``; with ``stream`` start and end alone, and `load` reads all from the file.
 
     Raises
     ------
@@ -249,37 +270,61 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     ValueError, TypeError
         For bad input, whatever ``throw`` is.
     """
+    if checkpoint is not None and stream is not None:
+        raise ValueError("`checkpoint` and `stream` do not go together: a checkpoint holds the outputs so far, give one of them")
     stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads)
     targets = _targets(problem, times)
+    frames = Memory(len(targets) + 1, problem.q0) if stream is None else Stream(stream, problem, stepper.scheme)
+    return run_to_end(stepper, targets, frames, checkpoint, progress, throw, max_steps, observers, seconds)
+
+
+def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, checkpoint: Checkpoint | None,
+               progress: bool | Callable[[float], None], throw: bool, max_steps: int,
+               observers: Iterable[Callable[[Stepper], None]], seconds: float | None = None) -> Solution:
+    """Run a stepper through the output times that are ahead of it; arguments as for `solve`, ``frames`` those behind it."""
+    problem = stepper.problem
     limit, callbacks = _validate.whole(max_steps, "max_steps", at_least=0), _callbacks(observers)
     if not (isinstance(progress, bool) or callable(progress)):
         raise TypeError(f"`progress` must be True, False or a function of the share done, got {progress!r}")
     budget = np.inf if seconds is None else _validate.real(seconds, "seconds", above=0.0)
-    t, states = [problem.t_start], np.empty((len(targets) + 1, *problem.q0.shape))
-    states[0] = problem.q0
+    if checkpoint is not None:
+        _validate.instance(checkpoint, "checkpoint", Checkpoint, "such as fv.Checkpoint('run.npz')")
+    saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets)
     failure: SolveError | None = None
-    with reporter(progress, problem.t_start, targets[-1] if targets else problem.t_start) as report:
-        try:
-            for target in targets:
-                while stepper.t < target:
-                    if stepper.steps >= limit:
-                        stepper._fail(Status.MAX_STEPS)
-                    if stepper.seconds > budget:
-                        stepper._fail(Status.OVER_BUDGET)
-                    stepper.run(target, 1 if callbacks else min(stepper.batch, limit - stepper.steps))
-                    for observer in callbacks:
-                        observer(stepper)
-                    report(stepper.t, stepper.steps)
-                states[len(t)] = stepper.q
-                t.append(stepper.t)
-        except (SolveError, KeyboardInterrupt) as error:
-            failure = error if isinstance(error, SolveError) else stepper.interrupted()
-            if stepper.t > t[-1]:
-                states[len(t)] = stepper.q
-                t.append(stepper.t)
-    status = Status.FINISHED if failure is None else failure.status
-    solution = Solution(np.array(t), states[:len(t)], problem.aux_averages, problem.grid, problem.model, status,
-                        stepper.stats(), status.value if failure is None else str(failure))
+    try:
+        if not len(frames.t):
+            frames.add(problem.t_start, problem.q0)
+        with reporter(progress, problem.t_start, targets[-1] if targets else problem.t_start) as report:
+            try:
+                for target in targets[len(frames.t) - 1:]:
+                    while stepper.t < target:
+                        if stepper.steps >= limit:
+                            stepper._fail(Status.MAX_STEPS)
+                        if stepper.seconds > budget:
+                            stepper._fail(Status.OVER_BUDGET)
+                        stepper.run(target, 1 if callbacks else min(stepper.batch, limit - stepper.steps))
+                        for observer in callbacks:
+                            observer(stepper)
+                        report(stepper.t, stepper.steps)
+                        if saver is not None:
+                            saver.tick()
+                    frames.add(stepper.t, stepper.q)
+            except (SolveError, KeyboardInterrupt) as error:
+                failure = error if isinstance(error, SolveError) else stepper.interrupted()
+        if saver is not None:
+            saver.write()
+            if failure is not None:
+                failure.args = (f"{failure}; fv.resume({str(saver.checkpoint.path)!r}) goes on from here",)
+        if stepper.t > frames.t[-1]:
+            frames.add(stepper.t, stepper.q)
+        status, stats = Status.FINISHED if failure is None else failure.status, stepper.stats()
+        message = status.value if failure is None else str(failure)
+        kept = effective(problem, stepper.scheme, stats, status, message)
+        frames.finish(kept)
+    except BaseException:
+        frames.abandon()
+        raise
+    solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, status, stats, message, kept)
     if failure is not None:
         failure.solution = solution
         if throw:

@@ -7,6 +7,7 @@ from fvkit_granular.advise import Advice, advise
 from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
+from fvkit_granular.front import Front
 from fvkit_granular.pitman_le import PitmanLe
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
     from fvkit_granular import exact
 
 __all__ = [
-    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning",
-    "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
+    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference",
+    "Manning",    "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
     "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "scene", "scene_names",
     "scenes", "steady",
 ]

@@ -7,9 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fvkit import _validate, solve
+from fvkit import Checkpoint, Solution, Status, _validate, resume, solve
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
+from fvkit.configuration import build
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
@@ -18,6 +19,7 @@ from fvkit_granular import advise_command, convergence_command
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
+from fvkit_granular.scene import Reference
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
 from fvkit_granular.stress import command as stress_command
@@ -28,10 +30,13 @@ def register(commands: Any) -> None:
     add_command(commands, "scenes", _scenes, "list the built-in scenes", "fvkit scenes")
     run = add_command(commands, "run", _run, "run one scene with one model and solver",
                       "fvkit run riemann --cells 800 --out result\n  fvkit run simple-wave --reconstruction mp5 --integrator dp5")
-    run.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    run.add_argument("scene", metavar="SCENE", nargs="?", help="name of a built-in scene, see fvkit scenes")
     run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
     add_scheme_options(run, several=False)
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
+    run.add_argument("--checkpoint", type=Path, metavar="FILE", help="file (.npz) to continue from, should the run be stopped")
+    run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
+    run.add_argument("--resume", type=Path, metavar="FILE", help="continue the run of a checkpoint, instead of a SCENE")
     _common(run, "fvkit-run-SCENE")
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
                         "fvkit compare riemann --cells 100 200 400\n"
@@ -75,32 +80,48 @@ def _scenes(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if (options.scene is None) == (options.resume is None):
+        raise ValueError("fvkit run takes a SCENE, or --resume FILE: give one of them (see fvkit run --help)")
+    if options.every is not None and options.checkpoint is None:
+        raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
+    if options.resume is not None:
+        solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
+        return _show(options.resume.stem, solution, None, options.out)
     chosen = scene(options.scene)
     problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
     (scheme,) = schemes_of(options)
-    solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
-    folder = options.out or Path(f"fvkit-run-{options.scene}")
+    checkpoint = None if options.checkpoint is None else \
+        Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
+    solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False, checkpoint=checkpoint)
+    code = _show(options.scene, solution, chosen.known_reference() if solution.success else None, options.out)
+    if checkpoint is not None:
+        print(f"  checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}")
+    return code
+
+
+def _show(name: str, solution: Solution, reference: Reference | None, out: Path | None) -> int:
+    """Write the files of a run, print what is to be said, and return the exit code."""
+    folder = out or Path(f"fvkit-run-{name}")
     folder.mkdir(parents=True, exist_ok=True)
     solution.save(folder / "solution.npz")
     figure, axes = new_axes(width=8.0, height=4.5)
     solution.plot(axes[0])
     write_whole(folder / "profile.png", lambda file: figure.savefig(file, format="png", dpi=130))
-    stats = solution.stats
-    named = settings(scheme)
-    print(", ".join([f"{options.scene}: {public_name(problem.model)}", named["riemann"], *_method(named),
-                     f"{options.cells} cells", stats.backend]))
-    print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {chosen.t_end:g} s")
+    stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
+    named = settings(build(solution.configuration["scheme"]))
+    print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
+                     stats.backend]))
+    print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {t_end:g} s")
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
           f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
-    print("  mass drift " + ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())
+    print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
           + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
-    reference = chosen.known_reference()
-    if solution.success and reference is not None:
-        found = deviations(solution, reference.averages(problem.model, problem.grid, chosen.t_end))
-        errors = {name: problem.grid.dx * float(difference.sum()) for name, difference in found.items()}
-        print("  L1 error " + ", ".join(f"{name} {error:.3e}" for name, error in errors.items()) + f" ({reference.kind})")
+    if reference is not None:
+        found = deviations(solution, reference.averages(solution.model, grid, t_end))
+        errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
+        print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: solution.npz, profile.png")
-    return SUCCESS if solution.success else FAILED
+    return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
 
 
 def _method(named: Mapping[str, Any]) -> list[str]:

@@ -11,6 +11,7 @@ from fvkit._validate import number, optional_number
 from fvkit.polynomial import exchange, product_slope, total
 from fvkit_granular.bed import IMMOBILE, LEAST_DRY, TINY, bed_step, present, settled, threshold, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.slip import share
 from fvkit_granular.states import bottom, broadcast, ratio
@@ -41,6 +42,7 @@ class Reduced(Model):
     conserved: ClassVar[tuple[str, ...]] = ("h", "rho h", "rho h v")
     aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0, 1), 2),)
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)
     gamma: float = number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")

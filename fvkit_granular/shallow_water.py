@@ -11,6 +11,7 @@ from fvkit._validate import number, optional_number
 from fvkit.polynomial import product_slope, total
 from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, upper, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio
 
@@ -35,6 +36,7 @@ class ShallowWater(Model):
     conserved: ClassVar[tuple[str, ...]] = ("h", "h v")
     aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1),)
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)
     dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)

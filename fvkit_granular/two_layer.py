@@ -1,6 +1,7 @@
 """Two-layer shallow water, the classical relative of the two-phase model."""
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import attrs
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from fvkit.polynomial import product_slope, total
 from fvkit_granular.bed import bed_step, upper
 from fvkit_granular.pressure_coupled import PressureCoupled
+from fvkit_granular.quantities import LAYERS
 from fvkit_granular.spectrum import layer_couplings
 from fvkit_granular.states import bottom
 from fvkit_granular.two_masses import advected
@@ -42,6 +44,8 @@ class TwoLayer(PressureCoupled):
 
     Source: equations classical; jump on the segment of the depths, balanced at emerging layers, derived here.
     """
+
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = LAYERS
 
     def flux(self, q):
         hs, vs, hf, vf = self.layers(q)

@@ -11,6 +11,7 @@ from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
 from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, velocity
 from fvkit_granular.layer import DRY_HINT, resolved
+from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio
 
@@ -37,6 +38,7 @@ class TwoMasses(Model, ABC):
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
     aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1), ((2,), 3))
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)
     gamma: float = number(0.5, above=0.0, below=1.0,

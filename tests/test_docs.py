@@ -24,3 +24,13 @@ def test_commands_parse(page):
         words = command.split()
         if not any(word.isupper() for word in words) and "--help" not in words:
             assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"]) else words)
+
+
+def test_the_snippets_about_results_run(tmp_path, monkeypatch):
+    for name in ("xarray", "h5netcdf", "h5py"):
+        pytest.importorskip(name)
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```", (TOP / "docs" / "results.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    assert len(blocks) == 8
+    exec("\n".join(blocks), {"__name__": "snippets"})
+    assert {path.name for path in tmp_path.iterdir()} == {"run.npz", "run.nc", "frames.nc", "long.npz"}

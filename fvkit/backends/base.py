@@ -64,10 +64,23 @@ class March:
 
     def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False) -> None:
         self._buffers = (q, q.copy())
-        self.real = np.array([t, dt, 0.0, np.nan])
-        self.count = np.array([0, 0, 0, -1, 0])
-        self.masses = np.zeros((2, max(masses, 1)))
+        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0]), np.zeros((2, max(masses, 1)))
         self.stop_when_lost = stop_when_lost
+
+    @property
+    def real(self) -> np.ndarray:
+        """t, dt, max_cfl, lost_time."""
+        return self.books[0]
+
+    @property
+    def count(self) -> np.ndarray:
+        """steps, rejected, lost, lost_face, and the number of times that ``now`` and ``next`` changed places."""
+        return self.books[1]
+
+    @property
+    def masses(self) -> np.ndarray:
+        """What passed both ends, (2, masses)."""
+        return self.books[2]
 
     @property
     def now(self) -> np.ndarray:
@@ -79,9 +92,21 @@ class March:
         """The trial state, padded."""
         return self._buffers[1 - self.count[4] % 2]
 
-    def accept(self) -> None:
-        """Make the trial state the accepted one."""
-        self.count[4] += 1
+    def accept(self, t: float, dt: float, cfl: float, rejected: int, passed: np.ndarray) -> None:
+        """Make the trial state the accepted one, at time t; dt is the next step, ``passed`` the masses through both ends.
+
+        It happens in one assignment, so that Ctrl-C finds a step whole or not at all.
+        """
+        real, count = self.real.copy(), self.count.copy()
+        real[:3] = t, dt, max(real[2], cfl)
+        count += [1, rejected, 0, 0, 1]
+        self.books = real, count, self.masses + passed
+
+    def refuse(self, dt: float, rejected: int) -> None:
+        """Note the steps that were tried in vain, and the length that would have come next."""
+        self.rejected += rejected
+        if rejected:
+            self.dt = dt
 
 
 class Kernel(ABC):
@@ -238,35 +263,29 @@ class StepwiseKernel(Kernel):
         return Outcome.REACHED if march.t >= target else Outcome.PAUSED
 
     def _step(self, march: March, target: float) -> Outcome:
-        """Take one accepted step."""
+        """Take one accepted step. Ctrl-C leaves no trace of one that is not whole, but for the count of lost faces."""
         dx, scheme, t = self.problem.grid.dx, self.scheme, march.t
         dt, last = step_length(t, march.dt, target)
-        for _ in range(MAX_RETRIES):
-            if not last and t + dt == t:
-                return Outcome.NO_STEP
+        rejected, outcome = 0, Outcome.NO_STEP
+        while rejected < MAX_RETRIES and (last or t + dt != t):
             report = self.trial(march, dt)
             cfl = report.max_speed * dt / dx
-            if not isfinite(cfl):
-                return Outcome.BAD_STATE
-            if cfl <= scheme.cfl_max:
+            if not isfinite(cfl) or cfl <= scheme.cfl_max:
+                outcome = Outcome.PAUSED if isfinite(cfl) and report.good else Outcome.BAD_STATE
                 break
-            march.rejected += 1
-            dt = march.dt = dt * max(scheme.cfl / cfl, SHORTEST)
+            rejected += 1
+            dt = dt * max(scheme.cfl / cfl, SHORTEST)
             last = False
-        else:
-            return Outcome.NO_STEP
-        if not report.good:
-            return Outcome.BAD_STATE
+        if outcome is not Outcome.PAUSED:
+            march.refuse(dt, rejected)
+            return outcome
         if report.lost:
             if not march.lost:
                 march.lost_face, march.lost_time = report.lost_face, t
             march.lost += report.lost
             if march.stop_when_lost:
+                march.refuse(dt, rejected)
                 return Outcome.LOST_HYPERBOLICITY
-        march.accept()
-        march.t = target if last else t + dt
-        march.steps += 1
-        march.max_cfl = max(march.max_cfl, cfl)
-        march.masses += dt * report.flux
-        march.dt = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
+        march.accept(target if last else t + dt, scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf,
+                     cfl, rejected, dt * report.flux)
         return Outcome.PAUSED

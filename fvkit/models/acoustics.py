@@ -1,5 +1,6 @@
 """Linear acoustics."""
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import attrs
@@ -20,6 +21,7 @@ class Acoustics(Model):
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("p", "u")
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"p": ("Pa", "pressure"), "u": ("m s-1", "velocity")}
 
     rho: float = number(1.0, above=0.0)
     bulk: float = number(1.0, above=0.0)

@@ -1,5 +1,6 @@
 """The inviscid Burgers equation."""
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import attrs
@@ -12,6 +13,7 @@ class Burgers(Model):
     """Inviscid Burgers equation u_t + (u^2/2)_x = 0."""
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"u": ("m s-1", "velocity")}
 
     def flux(self, q):
         (u,) = q
