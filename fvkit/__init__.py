@@ -26,6 +26,7 @@ from fvkit.solve import Stepper, rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
 from fvkit.study.convergence import convergence
 from fvkit.study.orders import Convergence, OrderError
+from fvkit.sweeps import Keep, Samples, SweepResult, sweep
 
 __version__ = "0.1.0"
 
@@ -49,6 +50,7 @@ __all__ = [
     "Inflow",
     "Integrator",
     "Interrupted",
+    "Keep",
     "Limiter",
     "MethodOfLines",
     "Minmod",
@@ -63,6 +65,7 @@ __all__ = [
     "RiemannSolver",
     "Roe",
     "Rusanov",
+    "Samples",
     "Scheme",
     "Solution",
     "SolveError",
@@ -73,6 +76,7 @@ __all__ = [
     "Stepper",
     "Strang",
     "Superbee",
+    "SweepResult",
     "ThirdOrder",
     "VanLeer",
     "Wall",
@@ -82,5 +86,6 @@ __all__ = [
     "minimum",
     "rhs",
     "solve",
+    "sweep",
     "where",
 ]

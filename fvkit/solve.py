@@ -9,7 +9,7 @@ import numpy as np
 from fvkit import _validate, contract
 from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, array_kernel, make_kernel
 from fvkit.problem import Problem
-from fvkit.progress import reporter
+from fvkit.progress import checked, reporter
 from fvkit.schemes import Parts, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 
@@ -251,13 +251,11 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads)
     targets = _targets(problem, times)
     limit, callbacks = _validate.whole(max_steps, "max_steps", at_least=0), _callbacks(observers)
-    if not (isinstance(progress, bool) or callable(progress)):
-        raise TypeError(f"`progress` must be True, False or a function of the share done, got {progress!r}")
     budget = np.inf if seconds is None else _validate.real(seconds, "seconds", above=0.0)
     t, states = [problem.t_start], np.empty((len(targets) + 1, *problem.q0.shape))
     states[0] = problem.q0
     failure: SolveError | None = None
-    with reporter(progress, problem.t_start, targets[-1] if targets else problem.t_start) as report:
+    with reporter(checked(progress), problem.t_start, targets[-1] if targets else problem.t_start) as report:
         try:
             for target in targets:
                 while stepper.t < target:

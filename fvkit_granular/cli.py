@@ -14,7 +14,7 @@ from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.plot import new_axes
 from fvkit.study.settings import settings
-from fvkit_granular import advise_command, convergence_command
+from fvkit_granular import advise_command, convergence_command, sweep_command
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
@@ -60,6 +60,7 @@ def register(commands: Any) -> None:
     stress_command.register(commands, _teller)
     advise_command.register(commands, _teller)
     convergence_command.register(commands, _teller)
+    sweep_command.register(commands)
 
 
 def _common(parser: argparse.ArgumentParser, folder: str) -> None:
