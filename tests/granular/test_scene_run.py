@@ -129,3 +129,14 @@ def test_a_mistake_in_a_file_is_one_line(tmp_path, capsys, change, word):
     assert word in error
     assert error.count("\n") == 1
     assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning", "ignore::UserWarning",
+                            "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_the_command_runs_on_a_dask_cluster(tmp_path, capsys):
+    distributed = pytest.importorskip("distributed")
+    file = write(tmp_path / "grid.toml", FILE)
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None,
+                                  local_directory=str(tmp_path)) as cluster:
+        assert main(["sweep", file, "--dask", cluster.scheduler_address, "--out", str(tmp_path / "out")]) == SUCCESS
+    assert "6 of 6 members finished" in capsys.readouterr().out
