@@ -65,7 +65,7 @@ def fit(measured, workers):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
-    parser.add_argument("--workers", type=int, default=1, help="processes (default 1: these runs are quicker than the start of one)")
+    parser.add_argument("--workers", type=int, default=1, help="processes (default 1: a start takes longer than a run)")
     options = parser.parse_args()
     exact = depths([TRUE], 1)[0]
     measured = exact + NOISE * np.random.default_rng(7).standard_normal(len(TIMES))

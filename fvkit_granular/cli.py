@@ -7,20 +7,27 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fvkit import _validate, solve
+import numpy as np
+
+from fvkit import Solution, _validate, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
+from fvkit.pictures import KINDS, checked_film
 from fvkit.plot import new_axes
 from fvkit.study.settings import settings
 from fvkit_granular import advise_command, convergence_command, sweep_command
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
+from fvkit_granular.pictures import slip
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
 from fvkit_granular.stress import command as stress_command
+
+#: Outputs of a film.
+FRAMES = 60
 
 
 def register(commands: Any) -> None:
@@ -32,6 +39,9 @@ def register(commands: Any) -> None:
     run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
     add_scheme_options(run, several=False)
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
+    run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
+                     help=f"more pictures of the end, KIND.png: any of {', '.join(KINDS)}, slip")
+    run.add_argument("--animate", metavar="NAME", help="a film of 60 outputs in the folder: NAME.gif, or NAME.mp4 with ffmpeg")
     _common(run, "fvkit-run-SCENE")
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
                         "fvkit compare riemann --cells 100 200 400\n"
@@ -78,13 +88,20 @@ def _run(options: argparse.Namespace) -> int:
     chosen = scene(options.scene)
     problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
     (scheme,) = schemes_of(options)
-    solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
+    for kind in options.plot:
+        _validate.choice(kind, "--plot", (*KINDS, "slip"))
+    film = None if options.animate is None else checked_film(options.animate)
+    times = None if film is None else np.linspace(problem.t_start, problem.t_end, FRAMES + 1)[1:]
+    solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
     folder = options.out or Path(f"fvkit-run-{options.scene}")
     folder.mkdir(parents=True, exist_ok=True)
     solution.save(folder / "solution.npz")
-    figure, axes = new_axes(width=8.0, height=4.5)
-    solution.plot(axes[0])
-    write_whole(folder / "profile.png", lambda file: figure.savefig(file, format="png", dpi=130))
+    pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
+    for name, kind in pictures.items():
+        _draw(solution, kind, folder / f"{name}.png")
+    written = ["solution.npz", *(f"{name}.png" for name in pictures)]
+    if film is not None:
+        written.append(solution.animate(folder / film, "profile").name)
     stats = solution.stats
     named = settings(scheme)
     print(", ".join([f"{options.scene}: {public_name(problem.model)}", named["riemann"], *_method(named),
@@ -99,8 +116,18 @@ def _run(options: argparse.Namespace) -> int:
         found = deviations(solution, reference.averages(problem.model, problem.grid, chosen.t_end))
         errors = {name: problem.grid.dx * float(difference.sum()) for name, difference in found.items()}
         print("  L1 error " + ", ".join(f"{name} {error:.3e}" for name, error in errors.items()) + f" ({reference.kind})")
-    print(f"  written to {folder}/: solution.npz, profile.png")
+    print(f"  written to {folder}/: {', '.join(written)}")
     return SUCCESS if solution.success else FAILED
+
+
+def _draw(solution: Solution, kind: str, path: Path) -> None:
+    """Write one picture of the end."""
+    figure, axes = new_axes(width=8.0, height=4.5)
+    if kind == "slip":
+        slip(solution, axes[0])
+    else:
+        solution.plot(axes[0], kind=kind)
+    write_whole(path, lambda file: figure.savefig(file, format="png", dpi=130))
 
 
 def _method(named: Mapping[str, Any]) -> list[str]:

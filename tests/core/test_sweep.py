@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
@@ -227,3 +228,9 @@ def test_tqdm_shows_members_where_it_is_installed(capsys):
     pytest.importorskip("tqdm")
     fv.sweep(members.square, {"x": [1.0, 2.0]}, workers=1, progress=True)
     assert "2/2" in capsys.readouterr().err
+
+
+def test_workers_import_no_pictures_and_no_extras():
+    code = ("import sys, fvkit, fvkit_granular; print([name for name in ('matplotlib', 'scipy.stats', 'xarray', 'tqdm', 'distributed') "
+            "if name in sys.modules])")
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
