@@ -24,9 +24,8 @@ if TYPE_CHECKING:
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FunctionReference", "Manning",
     "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SceneRun",
-    "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "pictures",
-    "scene",
-    "scene_names", "scenes", "steady",
+    "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
+    "pictures", "scene", "scene_names", "scenes", "steady",
 ]
 
 
