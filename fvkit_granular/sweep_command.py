@@ -42,7 +42,7 @@ def register(commands: Any) -> None:
 
 EXAMPLE = """  scene = "debris-slope"
   members = 200
-  outputs = ["max.h", "front.h"]
+  outputs = ["max.h", "mean.phi"]
   [parameters]
   gamma = [0.3, 0.6]
   "sources.v_T" = [0.1, 10.0, "log"]"""

@@ -63,3 +63,17 @@ def burgers(amplitude, cells):
 def blows_up(cells):
     problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, cells), lambda x: 1.0 + x[None], 1.0)
     return fv.solve(problem, fv.WavePropagation(fv.Roe()), max_steps=3, backend="numpy", throw=False)
+
+
+def interrupted(x):
+    """A run that the user stops, as fv.solve(throw=False) returns it."""
+    def stop(stepper):
+        raise KeyboardInterrupt
+
+    problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 20), lambda x: 1.0 + x[None], 1.0)
+    return fv.solve(problem, fv.WavePropagation(fv.Roe()), observers=[stop], backend="numpy", throw=False)
+
+
+def sleeps(x):
+    time.sleep(x)
+    return {"value": x}

@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import pickle
+import signal
 import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -49,8 +50,10 @@ class Crew:
     def __enter__(self) -> "Crew":
         return self
 
-    def __exit__(self, *error: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         if self._own and self._executor is not None:
+            for process in dict(getattr(self._executor, "_processes", None) or {}).values() if kind is not None else ():
+                process.terminate()  # a sweep that stops early does not wait for members under way
             self._executor.shutdown(wait=True, cancel_futures=True)
 
     def run(self, members: Sequence[tuple[int, dict[str, Any]]]) -> Iterator[list[Outcome]]:
@@ -122,7 +125,7 @@ class Crew:
 
     def _processes(self) -> ProcessPoolExecutor:
         self._pools += 1
-        return ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"))
+        return ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts)
 
     def _check_alive(self, error: BaseException) -> None:
         """Stop where processes die before they do anything: all others would."""
@@ -130,6 +133,11 @@ class Crew:
             raise RuntimeError("the processes of the sweep died before any member finished. A script needs `if __name__ == "
                                "\"__main__\":` around its call of fv.sweep; workers=1 runs in this process and shows other "
                                "reasons") from error
+
+
+def _leave_interrupts() -> None:
+    """Ctrl-C reaches every process of a terminal: leave it to the one that started the sweep."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _error(future: Future) -> BaseException | None:
@@ -142,7 +150,7 @@ def _error(future: Future) -> BaseException | None:
 
 def _check_importable(work: Work) -> None:
     """Processes import the function by its name: refuse what has none, before anything runs."""
-    advice = ("define it at the top level of a module or script, or give a thread pool as `executor`, or workers=1")
+    advice = "define it at the top level of a module or script, or give a thread pool as `executor`, or workers=1"
     main = sys.modules["__main__"]
     function = work.function
     if getattr(function, "__module__", None) == "__main__" and not getattr(main, "__file__", None):
@@ -150,4 +158,4 @@ def _check_importable(work: Work) -> None:
     try:
         pickle.dumps(work)
     except (pickle.PicklingError, AttributeError, TypeError) as error:
-        raise ValueError(f"`function` cannot be sent to other processes ({error}): {advice}") from None
+        raise ValueError(f"`function` or `keep` cannot be sent to other processes ({error}): {advice}") from None

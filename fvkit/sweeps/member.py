@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import attrs
 import numpy as np
 
-from fvkit.solution import Solution, SolveError
+from fvkit.solution import Solution, SolveError, Status
 from fvkit.sweeps.keep import Keep
 
 #: How a member may end, besides the names of `fvkit.Status`: the function raised, or the executor never gave an answer.
@@ -45,6 +45,8 @@ class Work:
             returned = self.function(**sample)
             status, message = FINISHED, ""
             if isinstance(returned, Solution):
+                if returned.status is Status.INTERRUPTED:
+                    raise KeyboardInterrupt
                 status, message = returned.status.name.lower(), returned.message
                 returned = self.keep(returned) if returned.success else {}
             outputs = _numbers(returned)

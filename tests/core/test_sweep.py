@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from threading import Timer
@@ -234,3 +235,25 @@ def test_workers_import_no_pictures_and_no_extras():
     code = ("import sys, fvkit, fvkit_granular; print([name for name in ('matplotlib', 'scipy.stats', 'xarray', 'tqdm', 'distributed') "
             "if name in sys.modules])")
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_an_interrupted_run_stops_the_sweep_and_is_not_kept(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        fv.sweep(members.interrupted, {"x": [1.0, 2.0]}, workers=1, folder=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["sweep.json"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
+def test_ctrl_c_ends_processes_at_once_and_keeps_what_had_finished(tmp_path):
+    code = ("import sys, fvkit as fv\nfrom tests import sweep_members as members\n"
+            "fv.sweep(members.sleeps, {'x': [0.0, 0.1, 100.0, 101.0]}, workers=2, folder=sys.argv[1], batch=1)\n")
+    process = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stderr=subprocess.PIPE, text=True, start_new_session=True)
+    limit = time.monotonic() + 20.0
+    while len(list(tmp_path.glob("member-*"))) < 2 and time.monotonic() < limit:
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    _, error = process.communicate(timeout=10)
+    assert process.returncode != 0
+    assert error.strip().splitlines()[-1] == "KeyboardInterrupt"
+    assert error.count("Traceback") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["member-000000.npz", "member-000001.npz", "sweep.json"]
