@@ -30,6 +30,7 @@ from fvkit.sources import Godunov, Source, Splitting, Strang
 from fvkit.storage import load
 from fvkit.study.convergence import convergence
 from fvkit.study.orders import Convergence, OrderError
+from fvkit.sweeps import Keep, Samples, SweepResult, sweep
 
 __version__ = "0.1.0"
 
@@ -56,6 +57,7 @@ __all__ = [
     "Inflow",
     "Integrator",
     "Interrupted",
+    "Keep",
     "Limiter",
     "MethodOfLines",
     "Minmod",
@@ -72,6 +74,7 @@ __all__ = [
     "RiemannSolver",
     "Roe",
     "Rusanov",
+    "Samples",
     "Scheme",
     "Solution",
     "SolveError",
@@ -82,6 +85,7 @@ __all__ = [
     "Stepper",
     "Strang",
     "Superbee",
+    "SweepResult",
     "ThirdOrder",
     "VanLeer",
     "Wall",
@@ -93,5 +97,6 @@ __all__ = [
     "resume",
     "rhs",
     "solve",
+    "sweep",
     "where",
 ]

@@ -152,6 +152,10 @@ class Model(Part, ABC):
         """Return what a person looks at, {name: (n,)}: by default the conserved quantities."""
         return dict(zip(self.conserved, q, strict=True))
 
+    def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return what lies on the bottom, from below, {name: (n,)}, from the observables; empty: the model has no profile."""
+        return {}
+
     def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
         """Return a number per cell, (n,), negative where characteristic speeds are complex; inf where they never are."""
         return np.full(q.shape[1], np.inf)

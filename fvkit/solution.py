@@ -1,12 +1,14 @@
 """`Solution`, its status and statistics."""
 
 from enum import Enum
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
+from fvkit import _validate
 from fvkit.grid import Grid
 from fvkit.model import Model
 
@@ -146,11 +148,28 @@ class Solution:
 
         return dataset(self)
 
-    def plot(self, ax: "Axes | None" = None, i: int = -1) -> "Axes":
-        """Draw the state at output ``i``; returns the axes."""
-        from fvkit.plot import plot_state
+    def plot(self, ax: "Axes | None" = None, i: int = -1, kind: str = "state") -> "Axes":
+        """Draw the solution at output ``i``; returns the axes. Kinds are ``"state"`` (all observables), ``"profile"`` (what
+        lies on the bottom), ``"speeds"``, ``"margin"``; see also `fvkit.pictures.space_time`."""
+        from fvkit.pictures import KINDS
 
-        return plot_state(self, ax, i)
+        return KINDS[_validate.choice(kind, "kind", KINDS)](self, ax, i)
+
+    def animate(self, path: str | Path, kind: str = "state", fps: int = 12, ax: "Axes | None" = None) -> Path:
+        """Write a film of all outputs, .gif or (with ffmpeg) .mp4; see `fvkit.pictures.animate`."""
+        from fvkit.pictures import animate
+
+        return animate(self, path, kind, fps, ax)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: how the run ended, and its statistics."""
+        stats = self.stats
+        rows = {"model": type(self.model).__name__, "cells": self.grid.num_cells, "t": f"{self.t[-1]:.6g}",
+                "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,
+                "steps": f"{stats.steps} ({stats.rejected} rejected)", "stepping": f"{stats.seconds:.3g} s",
+                "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}
+        return "<table>" + "".join(f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>"
+                                   for name, value in rows.items()) + "</table>"
 
 
 class SolveError(RuntimeError):

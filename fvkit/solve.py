@@ -12,7 +12,7 @@ from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, array_kernel
 from fvkit.checkpoint import Checkpoint, Saver
 from fvkit.configuration import effective
 from fvkit.problem import Problem
-from fvkit.progress import reporter
+from fvkit.progress import checked, reporter
 from fvkit.recording import Frames, Memory, Stream
 from fvkit.schemes import Parts, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
@@ -284,8 +284,6 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, checkpoin
     """Run a stepper through the output times that are ahead of it; arguments as for `solve`, ``frames`` those behind it."""
     problem = stepper.problem
     limit, callbacks = _validate.whole(max_steps, "max_steps", at_least=0), _callbacks(observers)
-    if not (isinstance(progress, bool) or callable(progress)):
-        raise TypeError(f"`progress` must be True, False or a function of the share done, got {progress!r}")
     budget = np.inf if seconds is None else _validate.real(seconds, "seconds", above=0.0)
     if checkpoint is not None:
         _validate.instance(checkpoint, "checkpoint", Checkpoint, "such as fv.Checkpoint('run.npz')")
@@ -294,7 +292,7 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, checkpoin
     try:
         if not len(frames.t):
             frames.add(problem.t_start, problem.q0)
-        with reporter(progress, problem.t_start, targets[-1] if targets else problem.t_start) as report:
+        with reporter(checked(progress), problem.t_start, targets[-1] if targets else problem.t_start) as report:
             try:
                 for target in targets[len(frames.t) - 1:]:
                     while stepper.t < target:

@@ -12,6 +12,7 @@ from fvkit_granular.pitman_le import PitmanLe
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
+from fvkit_granular.scene_run import SceneRun
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
 from fvkit_granular.steady import MovingEquilibrium, steady
@@ -19,20 +20,21 @@ from fvkit_granular.two_layer import TwoLayer
 from fvkit_granular.two_phase import TwoPhase
 
 if TYPE_CHECKING:
-    from fvkit_granular import exact
+    from fvkit_granular import exact, pictures
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference",
-    "Manning",    "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SelfConverged",
-    "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "scene", "scene_names",
-    "scenes", "steady",
+    "Manning",
+    "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SceneRun",
+    "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
+    "pictures", "scene", "scene_names", "scenes", "steady",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import `exact`, and scipy with it, when it is first asked for."""
-    if name == "exact":
+    """Import `exact` and scipy, or `pictures` and matplotlib, when they are first asked for."""
+    if name in ("exact", "pictures"):
         from importlib import import_module
 
-        return import_module("fvkit_granular.exact")
+        return import_module(f"fvkit_granular.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -7,22 +7,29 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fvkit import Checkpoint, Solution, Status, _validate, resume, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.configuration import build
 from fvkit.io import write_whole
 from fvkit.names import LIMITERS, public_name
+from fvkit.pictures import KINDS, checked_film
 from fvkit.plot import new_axes
 from fvkit.study.settings import settings
-from fvkit_granular import advise_command, convergence_command
+from fvkit_granular import advise_command, convergence_command, sweep_command
 from fvkit_granular.bench import bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
+from fvkit_granular.pictures import slip
 from fvkit_granular.scene import Reference
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
 from fvkit_granular.stress import command as stress_command
+
+#: Outputs of a film.
+FRAMES = 60
 
 
 def register(commands: Any) -> None:
@@ -37,6 +44,9 @@ def register(commands: Any) -> None:
     run.add_argument("--checkpoint", type=Path, metavar="FILE", help="file (.npz) to continue from, should the run be stopped")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
     run.add_argument("--resume", type=Path, metavar="FILE", help="continue the run of a checkpoint, instead of a SCENE")
+    run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
+                     help=f"more pictures of the end, KIND.png: any of {', '.join(KINDS)}, slip")
+    run.add_argument("--animate", metavar="NAME", help="a film of 60 outputs in the folder: NAME.gif, or NAME.mp4 with ffmpeg")
     _common(run, "fvkit-run-SCENE")
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
                         "fvkit compare riemann --cells 100 200 400\n"
@@ -66,6 +76,7 @@ def register(commands: Any) -> None:
     stress_command.register(commands, _teller)
     advise_command.register(commands, _teller)
     convergence_command.register(commands, _teller)
+    sweep_command.register(commands)
 
 
 def _common(parser: argparse.ArgumentParser, folder: str) -> None:
@@ -84,29 +95,37 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("fvkit run takes a SCENE, or --resume FILE: give one of them (see fvkit run --help)")
     if options.every is not None and options.checkpoint is None:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
+    for kind in options.plot:
+        _validate.choice(kind, "--plot", (*KINDS, "slip"))
     if options.resume is not None:
         solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
-        return _show(options.resume.stem, solution, None, options.out)
+        return _show(options.resume.stem, solution, None, options)
     chosen = scene(options.scene)
     problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
     (scheme,) = schemes_of(options)
+    film = None if options.animate is None else checked_film(options.animate)
+    times = None if film is None else np.linspace(problem.t_start, problem.t_end, FRAMES + 1)[1:]
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
-    solution = solve(problem, scheme, backend=options.backend, progress=sys.stderr.isatty(), throw=False, checkpoint=checkpoint)
-    code = _show(options.scene, solution, chosen.known_reference() if solution.success else None, options.out)
+    solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False,
+                     checkpoint=checkpoint)
+    code = _show(options.scene, solution, chosen.known_reference() if solution.success else None, options)
     if checkpoint is not None:
         print(f"  checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}")
     return code
 
 
-def _show(name: str, solution: Solution, reference: Reference | None, out: Path | None) -> int:
+def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
-    folder = out or Path(f"fvkit-run-{name}")
+    folder = options.out or Path(f"fvkit-run-{name}")
     folder.mkdir(parents=True, exist_ok=True)
     solution.save(folder / "solution.npz")
-    figure, axes = new_axes(width=8.0, height=4.5)
-    solution.plot(axes[0])
-    write_whole(folder / "profile.png", lambda file: figure.savefig(file, format="png", dpi=130))
+    pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
+    for picture, kind in pictures.items():
+        _draw(solution, kind, folder / f"{picture}.png")
+    written = ["solution.npz", *(f"{picture}.png" for picture in pictures)]
+    if options.animate is not None:
+        written.append(solution.animate(folder / checked_film(options.animate), "profile").name)
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
     named = settings(build(solution.configuration["scheme"]))
     print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
@@ -120,8 +139,18 @@ def _show(name: str, solution: Solution, reference: Reference | None, out: Path 
         found = deviations(solution, reference.averages(solution.model, grid, t_end))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
-    print(f"  written to {folder}/: solution.npz, profile.png")
+    print(f"  written to {folder}/: {', '.join(written)}")
     return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+
+
+def _draw(solution: Solution, kind: str, path: Path) -> None:
+    """Write one picture of the end."""
+    figure, axes = new_axes(width=8.0, height=4.5)
+    if kind == "slip":
+        slip(solution, axes[0])
+    else:
+        solution.plot(axes[0], kind=kind)
+    write_whole(path, lambda file: figure.savefig(file, format="png", dpi=130))
 
 
 def _method(named: Mapping[str, Any]) -> list[str]:

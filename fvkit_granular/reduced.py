@@ -14,7 +14,7 @@ from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.slip import share
-from fvkit_granular.states import bottom, broadcast, ratio
+from fvkit_granular.states import bottom, broadcast, ratio, solid_and_fluid
 
 
 @attrs.frozen
@@ -165,6 +165,9 @@ class Reduced(Model):
         h, phi, vs, vf = broadcast(h, phi, vs, vf)
         solid, fluid = phi * h, self.gamma * (1.0 - phi) * h
         return np.stack([h, solid + fluid, solid * vs + fluid * vf])
+
+    def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return solid_and_fluid(seen)
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
         """Return h, phi, v and the surface h + b."""

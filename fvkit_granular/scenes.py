@@ -27,7 +27,12 @@ def scene(name: str) -> Scene:
     ValueError
         For an unknown name, with the list and the nearest match.
     """
-    return _SCENES[choice(name, "scene", _SCENES)]()
+    return scene_factory(name)()
+
+
+def scene_factory(name: str) -> Callable[..., Scene]:
+    """Return the function that makes the built-in scene ``name``; its arguments, if any, are those of the scene."""
+    return _SCENES[choice(name, "scene", _SCENES)]
 
 
 def _riemann_problem(left: dict[str, float], right: dict[str, float], **settings: Any) -> Scene:

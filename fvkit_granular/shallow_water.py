@@ -131,6 +131,9 @@ class ShallowWater(Model):
         h, phi, vs, vf = broadcast(h, phi, vs, vf)
         return np.stack([h, h * (phi * vs + (1.0 - phi) * vf)])
 
+    def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return {"water": seen["h"]}
+
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
         """Return h, v and the surface h + b."""
         h, m = q

@@ -1,5 +1,6 @@
 """What a person says of a flow, (h, phi, vs, vf), and how it becomes arrays."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,11 @@ def ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
     """Return numerator/denominator for reading, 0 where the denominator is not positive."""
     present = denominator > 0.0
     return np.where(present, numerator / np.where(present, denominator, 1.0), 0.0)
+
+
+def solid_and_fluid(seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the thicknesses of the phases, drawn apart, as if the grains had settled."""
+    return {"solid": seen["phi"] * seen["h"], "fluid": (1.0 - seen["phi"]) * seen["h"]}
 
 
 def bottom(aux: Any, like: np.ndarray) -> np.ndarray:

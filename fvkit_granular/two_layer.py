@@ -11,7 +11,7 @@ from fvkit_granular.bed import bed_step, upper
 from fvkit_granular.pressure_coupled import PressureCoupled
 from fvkit_granular.quantities import LAYERS
 from fvkit_granular.spectrum import layer_couplings
-from fvkit_granular.states import bottom
+from fvkit_granular.states import bottom, solid_and_fluid
 from fvkit_granular.two_masses import advected
 
 
@@ -46,6 +46,10 @@ class TwoLayer(PressureCoupled):
     """
 
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = LAYERS
+
+    def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        lower, above = solid_and_fluid(seen).values()
+        return {"lower layer": lower, "upper layer": above}
 
     def flux(self, q):
         hs, vs, hf, vf = self.layers(q)

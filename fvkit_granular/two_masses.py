@@ -13,7 +13,7 @@ from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
-from fvkit_granular.states import bottom, broadcast, ratio
+from fvkit_granular.states import bottom, broadcast, ratio, solid_and_fluid
 
 
 @attrs.frozen
@@ -165,6 +165,9 @@ class TwoMasses(Model, ABC):
         h, phi, vs, vf = broadcast(h, phi, vs, vf)
         hs, hf = phi * h, (1.0 - phi) * h
         return np.stack([hs, hs * vs, hf, hf * vf])
+
+    def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return solid_and_fluid(seen)
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
         """Return h, phi, vs, vf, the momentum mean v = (hs vs + gamma hf vf)/(hs + gamma hf), and the surface h + b."""

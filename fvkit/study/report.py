@@ -8,6 +8,7 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from functools import partial
+from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -220,6 +221,10 @@ class Report:
         for name, figure in self.plot().items():
             write_whole(target / f"{name}.png", partial(figure.savefig, format="png", dpi=130))
         return target
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the table."""
+        return f"<pre>{escape(self.table())}</pre>"
 
     def to_json(self) -> str:
         """Return the report as JSON text; what is not a number is null."""

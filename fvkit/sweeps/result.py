@@ -1,0 +1,149 @@
+"""`SweepResult`: what a sweep returns, as arrays, a table, or an xarray Dataset."""
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from fvkit.io import write_whole
+from fvkit.sweeps.member import FINISHED, Outcome
+from fvkit.sweeps.samples import Samples
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@attrs.frozen(eq=False)
+class SweepResult:
+    """Parameters, outputs and fate of every member of a sweep.
+
+    Parameters
+    ----------
+    samples : the parameters, `Samples`.
+    outputs : {output: (members, ...)}, NaN where a member did not finish; an array of objects, None there, where
+        the members returned arrays of different shapes.
+    status : (members,) ``"finished"``, a `fvkit.Status` in small letters, ``"error"`` (the function raised), or
+        ``"lost"`` (the executor failed, also when asked again).
+    message : (members,) one sentence where a member did not finish.
+    seconds : (members,) wall time of the function, s.
+    elapsed : wall time of this sweep, s, without members read from a folder.
+    """
+
+    samples: Samples
+    outputs: dict[str, np.ndarray] = attrs.field(repr=False)
+    status: np.ndarray = attrs.field(repr=False)
+    message: np.ndarray = attrs.field(repr=False)
+    seconds: np.ndarray = attrs.field(repr=False)
+    elapsed: float
+
+    @classmethod
+    def of(cls, samples: Samples, outcomes: Sequence[Outcome], elapsed: float) -> "SweepResult":
+        """Return the result of outcomes in the order of the members."""
+        names = dict.fromkeys(name for outcome in outcomes for name in outcome.outputs)
+        return cls(samples, {name: _stack([outcome.outputs.get(name) for outcome in outcomes]) for name in names},
+                   np.array([outcome.status for outcome in outcomes]), np.array([outcome.message for outcome in outcomes]),
+                   np.array([outcome.seconds for outcome in outcomes]), elapsed)
+
+    @property
+    def finished(self) -> np.ndarray:
+        """Which members finished, (members,)."""
+        return self.status == FINISHED
+
+    @property
+    def success(self) -> bool:
+        """Whether all members finished."""
+        return bool(self.finished.all())
+
+    @property
+    def table(self) -> dict[str, np.ndarray]:
+        """One column per parameter, per output that is a number, and of the fate, {name: (members,)}."""
+        scalars = {name: values for name, values in self.outputs.items() if values.ndim == 1 and values.dtype != object}
+        return {"member": np.arange(len(self.samples)), **self.samples.values, **scalars, "status": self.status,
+                "seconds": self.seconds, "message": self.message}
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return a Dataset: a dimension per parameter for grids, else one dimension ``member``.
+
+        Cell values have the dimension ``x`` where all members share the cells.
+
+        Raises
+        ------
+        ImportError
+            Without xarray, naming the extra.
+        ValueError
+            For arrays of different shapes.
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError("`to_xarray` needs xarray: pip install fvkit[io]") from None
+        ragged = [name for name, values in self.outputs.items() if values.dtype == object]
+        if ragged:
+            raise ValueError(f"{', '.join(ragged)} have different shapes in different members, which no Dataset holds: "
+                             "keep numbers (such as max.h), or use as many cells in all members")
+        axes, outputs = dict(self.samples.axes), dict(self.outputs)
+        shape = tuple(map(len, axes.values())) if axes else (len(self.samples),)
+        first = tuple(axes) if axes else ("member",)
+        coordinates: dict[str, Any] = axes or {"member": np.arange(len(self.samples))} | {
+            name: ("member", column) for name, column in self.samples.values.items()}
+        cells = self._cells()
+        if cells is not None:
+            coordinates["x"] = cells
+            del outputs["x"]
+        columns = outputs | {"status": self.status, "message": self.message, "seconds": self.seconds}
+        data = {}
+        for name, values in columns.items():
+            rest = ["x" if cells is not None and count == len(cells) else f"{name}_{axis}"
+                    for axis, count in enumerate(values.shape[1:])]
+            if len(set(rest)) < len(rest):
+                rest = [f"{name}_{axis}" for axis in range(len(rest))]
+            data[name] = ((*first, *rest), values.reshape(*shape, *values.shape[1:]))
+        return xarray.Dataset(data, coordinates, {"elapsed": self.elapsed})
+
+    def _cells(self) -> np.ndarray | None:
+        """The cell centres, if all finished members have the same."""
+        x = self.outputs.get("x")
+        if x is None or x.ndim != 2 or x.dtype == object or not self.finished.any() or "x" in self.samples.values:
+            return None
+        done = x[self.finished]
+        return done[0] if np.array_equal(done, np.broadcast_to(done[0], done.shape)) else None
+
+    def to_csv(self) -> str:
+        """Return `table` as CSV text."""
+        buffer = io.StringIO()
+        writer = csv.writer(buffer, lineterminator="\n")
+        writer.writerow(self.table)
+        writer.writerows(zip(*(column.tolist() for column in self.table.values()), strict=True))
+        return buffer.getvalue()
+
+    def save(self, path: str | Path) -> Path:
+        """Write the table to ``.csv``, or everything to ``.nc`` (netCDF; extra ``io``); an existing file survives any failure."""
+        target = Path(path)
+        if target.suffix == ".csv":
+            return write_whole(target, lambda file: file.write(self.to_csv().encode()))
+        if target.suffix != ".nc":
+            raise ValueError(f"`path` must end in .csv or .nc, got {target.name!r}")
+        data = self.to_xarray()
+        try:
+            content = data.to_netcdf(engine="h5netcdf")
+        except (ImportError, ValueError):
+            raise ImportError("netCDF files need h5netcdf: pip install fvkit[io]") from None
+        return write_whole(target, lambda file: file.write(content))
+
+
+def _stack(values: Sequence[np.ndarray | None]) -> np.ndarray:
+    """One array of all members, NaN for those that have no value."""
+    there = [value for value in values if value is not None]
+    if len({value.shape for value in there}) > 1:
+        result = np.empty(len(values), dtype=object)
+        result[:] = list(values)
+        return result
+    if len(there) == len(values):
+        return np.stack(there)
+    kind = np.result_type(float, *(value.dtype for value in there))
+    missing = np.full(there[0].shape, np.nan, dtype=kind)
+    return np.stack([missing if value is None else value.astype(kind) for value in values])

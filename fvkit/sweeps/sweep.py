@@ -1,0 +1,80 @@
+"""`sweep`: run a function once per sample."""
+
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Executor
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from fvkit import _validate
+from fvkit.progress import checked, counter
+from fvkit.solution import Solution
+from fvkit.sweeps.crew import Crew
+from fvkit.sweeps.keep import Keep
+from fvkit.sweeps.member import Function, Outcome, Work
+from fvkit.sweeps.result import SweepResult
+from fvkit.sweeps.samples import Samples
+from fvkit.sweeps.store import Store
+
+
+def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]], executor: Executor | None = None, *,
+          workers: int | None = None, keep: Callable[[Solution], Mapping[str, Any]] | Iterable[str] | None = None,
+          folder: str | Path | None = None, retries: int = 2, batch: int | None = None,
+          progress: bool | Callable[[float], None] = False) -> SweepResult:
+    """Run ``function(**sample)`` for every sample, on several processes or any executor.
+
+    Parameters
+    ----------
+    function : takes the parameters by name; returns {output: number or array}, or a `Solution`. Processes import it:
+        define it at the top level of a module, and guard a script's call by ``if __name__ == "__main__":``.
+        `fvkit_granular.SceneRun` makes one of a scene.
+    parameters : `Samples`, or {parameter: one value per member}.
+    executor : any `concurrent.futures.Executor`: threads, ``Client(...).get_executor()`` of Dask (extra ``cluster``), that
+        of mpi4py.futures, joblib's loky; it is left open. Default: processes of our own, started afresh ("spawn").
+    workers : number of processes, default one per processor; 1 runs in this process. With an executor: how many members it
+        runs at once, if known; then members are sent by batches.
+    keep : what is kept of a solution: names as in `Keep`, or a function. Default: every observable at the end.
+    folder : where every finished member is kept at once; the same sweep with the same folder runs only those that are missing.
+    retries : how often a member is run again, alone, when the executor fails it: a worker that died, a lost connection.
+    batch : members per task. Default: as many as take about 0.25 s.
+    progress : True shows progress on stderr; or a function that receives the share of members done, 0 to 1.
+
+    Returns
+    -------
+    SweepResult
+        A member that fails is a row with its status and message: the sweep goes on.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For bad input; also where ``folder`` holds another sweep, or the function cannot be sent to processes.
+    RuntimeError
+        If processes die before any member finished.
+
+    Notes
+    -----
+    ``folder`` knows the function by its name, not by its code: after a change of the code give another folder.
+    """
+    samples = parameters if isinstance(parameters, Samples) else Samples.given(parameters)
+    if not callable(function):
+        raise TypeError(f"`function` must be a function of the parameters, got {function!r}")
+    work = Work(function, keep if callable(keep) else Keep(() if keep is None else keep))
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {executor!r}; Dask's is "
+                        "Client(...).get_executor()")
+    crew = Crew(work, executor, None if workers is None else _validate.whole(workers, "workers", at_least=1),
+                None if batch is None else _validate.whole(batch, "batch", at_least=1),
+                _validate.whole(retries, "retries", at_least=0))
+    started = perf_counter()
+    store = None if folder is None else Store.open(folder, work, samples)
+    known: dict[int, Outcome] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}
+    missing = [(member, samples[member]) for member in range(len(samples)) if member not in known]
+    with counter(checked(progress), len(samples), "members") as report, crew:
+        report(len(known))
+        for outcomes in crew.run(missing):
+            for outcome in outcomes:
+                known[outcome.member] = outcome
+                if store is not None:
+                    store.write(outcome)
+            report(len(known))
+    return SweepResult.of(samples, [known[member] for member in range(len(samples))], perf_counter() - started)

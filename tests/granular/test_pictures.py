@@ -1,0 +1,125 @@
+"""Pictures, films and what a notebook shows: the right data on the given axes."""
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.cli import MISTAKE, SUCCESS, main
+from fvkit.pictures import space_time
+from fvkit.plot import new_axes
+from tests.cases import solve
+
+
+@pytest.fixture(scope="module")
+def slide():
+    return solve(gr.scene("debris-slope").problem(gr.TwoPhase, 60), times=[0.5, 1.0, 1.5], nonhyperbolic="ignore")
+
+
+@pytest.fixture(scope="module")
+def burgers():
+    problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 20), lambda x: np.sin(2 * np.pi * x)[None], 0.1, boundary=fv.Periodic())
+    return solve(problem, fv.WavePropagation(fv.Roe()))
+
+
+@pytest.mark.parametrize("kind", ["state", "profile", "speeds", "margin"])
+def test_every_kind_draws_on_the_given_axes(slide, kind):
+    _, (ax,) = new_axes()
+    assert slide.plot(ax, 2, kind=kind) is ax
+    assert "t = 1" in ax.get_title()
+    ax.figure.canvas.draw()
+
+
+def test_a_profile_stacks_grains_and_water_on_the_bottom(slide):
+    ax = slide.plot(kind="profile")
+    (surface,) = ax.get_lines()
+    np.testing.assert_allclose(surface.get_ydata(), slide.observables()["surface"], rtol=1e-13)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["bottom", "solid", "fluid"]
+    solid = next(shade for shade in ax.collections if shade.get_label() == "solid")
+    highest = solid.get_paths()[0].vertices[:, 1].max()
+    assert highest == pytest.approx((slide.aux["b"] + slide.q[-1, 0]).max(), rel=1e-12)
+
+
+@pytest.mark.parametrize("model", [gr.Reduced, gr.ShallowWater, gr.PitmanLe, gr.TwoLayer])
+def test_thicknesses_add_up_to_the_depth(model):
+    problem = gr.scene("dam-break").problem(model, 10)
+    seen = problem.model.observables(problem.q0)
+    np.testing.assert_allclose(sum(problem.model.thicknesses(seen).values()), seen["h"], rtol=1e-14)
+
+
+def test_space_time_holds_every_output(slide):
+    ax = space_time(slide, name="h")
+    values = ax.collections[0].get_array()
+    np.testing.assert_array_equal(values, [slide.observables(i)["h"] for i in range(4)])
+    with pytest.raises(ValueError, match="did you mean surface"):
+        space_time(slide, name="surfac")
+
+
+def test_speeds_are_those_of_the_model(burgers):
+    np.testing.assert_array_equal(burgers.plot(kind="speeds").get_lines()[0].get_ydata(), burgers.q[-1, 0])
+
+
+def test_complex_speeds_are_shown_where_they_are(slide):
+    ax = slide.plot(kind="margin")
+    red = next(shade for shade in ax.collections if shade.get_label() == "complex speeds")
+    assert bool(red.get_paths()) == bool((slide.hyperbolicity_margin() < 0.0).any())
+
+
+def test_slip_is_drawn_where_both_phases_are(slide):
+    seen = slide.observables()
+    drawn = gr.pictures.slip(slide).get_lines()[0].get_ydata()
+    there = np.isfinite(drawn)
+    assert there.any()
+    np.testing.assert_array_equal(drawn[there], (seen["vf"] - seen["vs"])[there])
+
+
+def test_what_a_model_has_not_is_a_sentence(burgers, tmp_path):
+    with pytest.raises(ValueError, match="thicknesses"):
+        burgers.plot(kind="profile")
+    with pytest.raises(ValueError, match="did you mean state"):
+        burgers.plot(kind="stat")
+    with pytest.raises(ValueError, match="more than the start and the end"):
+        space_time(burgers)
+    with pytest.raises(ValueError, match="one velocity"):
+        gr.pictures.slip(burgers)
+    with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
+        burgers.animate(tmp_path / "film.avi")
+
+
+def test_a_film_has_a_frame_per_output(slide, tmp_path):
+    from PIL import Image
+
+    path = slide.animate(tmp_path / "film.gif", kind="profile", fps=5)
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+        assert film.info["duration"] == 200
+    assert [entry.name for entry in tmp_path.iterdir()] == ["film.gif"]
+    assert imread(path).std() > 0.0
+
+
+def test_a_missing_ffmpeg_is_a_sentence(burgers, tmp_path, monkeypatch):
+    monkeypatch.setattr("matplotlib.animation.FFMpegWriter.isAvailable", classmethod(lambda cls: False))
+    with pytest.raises(ValueError, match=r"ffmpeg.*write a \.gif"):
+        burgers.animate(tmp_path / "film.mp4")
+
+
+def test_notebooks_show_tables(slide):
+    shown = slide._repr_html_()
+    assert "<th>model</th><td>TwoPhase</td>" in shown
+    assert f"{slide.stats.steps} (" in shown
+    report = gr.compare(gr.scene("dam-break"), [gr.ShallowWater], cells=(10,), repeats=1)
+    assert report._repr_html_().startswith("<pre>scene dam-break")
+    assert "&lt;" in report._repr_html_() or "<" not in report.table()
+
+
+def test_the_command_draws_and_films(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("fvkit_granular.cli.FRAMES", 5)
+    out = tmp_path / "out"
+    arguments = ["run", "dam-break-phi", "--cells", "30", "--out", str(out)]
+    assert main([*arguments, "--plot", "profile", "slip", "--animate", "film.gif"]) == SUCCESS
+    assert "solution.npz, profile.png, slip.png, film.gif" in capsys.readouterr().out
+    assert {path.name for path in out.iterdir()} == {"solution.npz", "profile.png", "slip.png", "film.gif"}
+    assert main([*arguments, "--plot", "profil"]) == MISTAKE
+    assert "did you mean profile?" in capsys.readouterr().err
+    assert main([*arguments, "--animate", "film.avi"]) == MISTAKE
