@@ -9,6 +9,9 @@
 True
 """
 
+from importlib import import_module
+from typing import Any
+
 from fvkit.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
 from fvkit.checkpoint import Checkpoint
 from fvkit.contract import PointwiseError
@@ -100,3 +103,10 @@ __all__ = [
     "sweep",
     "where",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """`fvkit.testing` on first use: it needs pytest, which a run does not."""
+    if name == "testing":
+        return import_module("fvkit.testing")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
