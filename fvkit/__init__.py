@@ -28,8 +28,9 @@ from fvkit.resume import resume
 from fvkit.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusanov
 from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
-from fvkit.solve import Stepper, rhs, solve
+from fvkit.solve import rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
+from fvkit.stepper import Stepper
 from fvkit.storage import load
 from fvkit.study.convergence import convergence
 from fvkit.study.orders import Convergence, OrderError

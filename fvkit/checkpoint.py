@@ -14,7 +14,7 @@ from fvkit.recording import Frames
 from fvkit.solution import Status
 
 if TYPE_CHECKING:
-    from fvkit.solve import Stepper
+    from fvkit.stepper import Stepper
 
 #: What the first entry of a file says it is.
 FORMAT = "fvkit checkpoint 1"
@@ -56,10 +56,10 @@ class Checkpoint:
 
 
 class Saver:
-    """Writes the checkpoints of one run; `written` says whether there is one."""
+    """Writes the checkpoints of one run."""
 
     def __init__(self, checkpoint: Checkpoint, stepper: "Stepper", frames: Frames, targets: list[float]) -> None:
-        self.checkpoint, self.written = checkpoint, False
+        self.checkpoint = checkpoint
         self._stepper, self._frames, self._targets = stepper, frames, targets
         self._wall, self._t = clock.perf_counter(), stepper.t
 
@@ -82,4 +82,4 @@ class Saver:
             **{f"aux_{name}": values for name, values in problem.aux_averages.items()},
             **({} if problem.background is None else {"background": problem.background_averages}),
             "plan": json.dumps(plan), "configuration": json.dumps(kept, allow_nan=False)})
-        self.written, self._wall, self._t = True, clock.perf_counter(), stepper.t
+        self._wall, self._t = clock.perf_counter(), stepper.t

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from fvkit.model import Model
-from fvkit.pointwise import subtract
+from fvkit.pointwise import add, subtract
 
 
 def deviation(model: Model) -> Model:
@@ -48,8 +48,7 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
         def relaxation(self, ql, qr, auxl, auxr, jump):
             auxl, auxr, flowl, flowr = split(auxl, auxr)
             own = kind.jump(self, flowl, flowr, auxl, auxr)
-            whole = tuple(a + b for a, b in zip(jump, own, strict=True))
-            waves, speeds = kind.relaxation(self, ql, qr, auxl, auxr, whole)
+            waves, speeds = kind.relaxation(self, ql, qr, auxl, auxr, add(jump, own))
             standing, _ = kind.relaxation(self, flowl, flowr, auxl, auxr, own)
             return tuple(map(subtract, waves, standing)), speeds
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fvkit import _validate
 from fvkit.problem import Problem
-from fvkit.solve import Stepper
+from fvkit.stepper import Stepper
 
 
 @attrs.define(eq=False)

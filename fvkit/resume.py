@@ -14,7 +14,8 @@ from fvkit.problem import Problem
 from fvkit.recording import Memory
 from fvkit.schemes import Scheme
 from fvkit.solution import Solution
-from fvkit.solve import Stepper, run_to_end
+from fvkit.solve import run_to_end
+from fvkit.stepper import Stepper
 from fvkit.storage import expect_format, model_and_grid, parsed, part
 
 

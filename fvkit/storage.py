@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fvkit.archive import Archive, Unreadable, write_archive
+from fvkit.checkpoint import FORMAT as CHECKPOINT
 from fvkit.configuration import build, describe
 from fvkit.grid import Grid
 from fvkit.model import Model
@@ -80,7 +81,7 @@ def expect_format(archive: Archive, kind: str) -> None:
     """Refuse an archive that is something else, saying what reads it."""
     found = archive.text("format")
     if found != kind:
-        other = {FORMAT: "fv.load reads it", "fvkit checkpoint 1": "fv.resume continues it"}.get(found, "nothing here reads it")
+        other = {FORMAT: "fv.load reads it", CHECKPOINT: "fv.resume continues it"}.get(found, "nothing here reads it")
         raise archive.refused(f"it is no {kind!r} but {found!r}: {other}")
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit import MC, MethodOfLines, Model, RiemannSolver, Scheme, Solution, Status, WavePropagation, _validate, solve
+from fvkit import MC, Model, RiemannSolver, Scheme, Solution, Status, WavePropagation, _validate, solve
 from fvkit.names import public_name
 from fvkit.study.budget import predicted
 from fvkit.study.report import Profile, Report, Row, environment, observed_orders
@@ -81,7 +81,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     known = reference or scene.known_reference()
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
     if known is None:
-        high = any(isinstance(run.scheme, MethodOfLines) for run in runs)
+        high = any(run.scheme.time_integrator is not None for run in runs)
         known = self_converged(scene, full, fine_scheme(full, high), counts, backend, budget, tell)
     rows = _measure(scene, runs, known, repetitions, backend, budget, tell)
     machine, versions = environment("fvkit", "numpy", "scipy", "matplotlib", "attrs", "numba")

@@ -72,9 +72,8 @@ class Reduced(Model):
         return hr * vr - hl * vl, massr * vr - massl * vl, massr * vr * vr - massl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):
-        db = auxr[0] - auxl[0]
-        rho = (ql[1] + qr[1]) / (ql[0] + qr[0] + TINY)
-        return (qr[0] - ql[0]) + db, (qr[1] - ql[1]) + rho * db, qr[2] - ql[2]
+        volume, mass, _ = self.lift((ql[0] + qr[0], ql[1] + qr[1], 0.0), (auxr[0] - auxl[0],))
+        return (qr[0] - ql[0]) + volume, (qr[1] - ql[1]) + mass, qr[2] - ql[2]
 
     def decompose(self, ql, qr, auxl, auxr, jump):
         h, mass, kappa, v = self.roe_mean(ql, qr)

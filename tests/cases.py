@@ -155,8 +155,9 @@ def two_layer_forces(dx, hs, ms, hf, mf, bx, g, gamma):
             -dx(mf * mf / hf + 0.5 * g * hf * hf) - g * hf * dx(hs) - g * hf * bx)
 
 
-def pseudo_spectral(t, modes=96, g=9.81, gamma=0.5, forces=two_phase_forces):
-    """Fourier coefficients (4, modes) of the solution on [0, 1] that starts from `slip_over_bottom`."""
+def pseudo_spectral(t, modes=96, g=9.81, gamma=0.5, forces=two_phase_forces, initial=slip_over_bottom_conserved,
+                    method="DOP853", rtol=1e-12, atol=1e-14):
+    """Fourier coefficients (4, modes) of the solution on [0, 1] over the bottom of `slip_over_bottom`."""
     x = np.arange(modes) / modes
     k = 2j * np.pi * np.fft.fftfreq(modes, 1.0 / modes)
     k[modes // 2] = 0.0
@@ -171,8 +172,7 @@ def pseudo_spectral(t, modes=96, g=9.81, gamma=0.5, forces=two_phase_forces):
         solid, fluid = forces(dx, hs, ms, hf, mf, bx, g, gamma)
         return np.concatenate([-dx(ms), solid, -dx(mf), fluid])
 
-    start = slip_over_bottom_conserved(x).ravel()
-    result = solve_ivp(rate, (0.0, t), start, method="DOP853", rtol=1e-12, atol=1e-14)
+    result = solve_ivp(rate, (0.0, t), initial(x).ravel(), method=method, rtol=rtol, atol=atol)
     return np.fft.fft(result.y[:, -1].reshape(4, modes)) / modes
 
 

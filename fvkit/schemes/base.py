@@ -76,6 +76,7 @@ class Scheme(ABC):
        times the rate; ``source_stages(parts)`` are those of sources that it takes implicitly.
     """
 
+    riemann: RiemannSolver
     cfl: float
     splitting: Splitting
 
@@ -88,6 +89,16 @@ class Scheme(ABC):
     def time_integrator(self) -> Integrator | None:
         """The integrator of a semi-discrete scheme; None for one that makes its step itself."""
         return None
+
+    @property
+    @abstractmethod
+    def limiting(self) -> Any:
+        """The part, or tuple of parts, that keeps the scheme quiet at jumps: what reports call the limiter."""
+
+    @property
+    @abstractmethod
+    def nominal_order(self) -> int:
+        """Order where the solution is smooth."""
 
     @abstractmethod
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:

@@ -27,7 +27,7 @@ def draw(parts, ratio, *inputs):
     stencil, (left, right, bed_left, bed_right, _) = inputs[:-5], inputs[-5:]
     states, given = split(parts.model, stencil)
     q, aux = states[len(states) // 2], given[len(given) // 2]
-    third_modes = bends(parts, stencil)
+    third_modes = bends(parts, stencil, deviations(parts, stencil))
     sides = (subtract(left, q), subtract(right, q), subtract(bed_left, aux), subtract(bed_right, aux))
     return on_cell(parts.model, *drawn(parts, stencil, sides, third_modes))
 
@@ -65,11 +65,11 @@ def deviations(parts, stencil):
     return found
 
 
-def bends(parts, stencil):
-    """Return the third modes of q and of aux."""
+def bends(parts, stencil, found):
+    """Return the third modes of q and of aux; ``found`` are the `deviations`."""
     model, (states, given) = parts.model, split(parts.model, stencil)
     flow, bed = of_background(model, stencil[-1 - len(states) // 2]), third(parts.reconstruction, given)
-    bend = third(parts.reconstruction, deviations(parts, stencil))
+    bend = third(parts.reconstruction, found)
     if flow is not None:
         return add(bend, flow.third), bed
     return (subtract(bend, model.lift(states[len(states) // 2], bed)) if model.defines("lift") else bend), bed
@@ -80,13 +80,14 @@ def whole(parts, stencil):
     model, (states, given) = parts.model, split(parts.model, stencil)
     q, aux, flow = states[len(states) // 2], given[len(given) // 2], of_background(model, stencil[-1 - len(states) // 2])
     beds = faces(parts.reconstruction, [subtract(item, aux) for item in given])
-    modes = [model.to_modes(q, item) for item in deviations(parts, stencil)]
+    found = deviations(parts, stencil)
+    modes = [model.to_modes(q, item) for item in found]
     left, right = (model.from_modes(q, amplitudes) for amplitudes in faces(parts.reconstruction, modes))
     if flow is not None:
         left, right = add(left, subtract(flow.left, flow.mean)), add(right, subtract(flow.right, flow.mean))
     elif model.defines("lift"):
         left, right = (subtract(item, model.lift(q, bed)) for item, bed in zip((left, right), beds, strict=True))
-    return q, aux, (left, right, *beds), bends(parts, stencil)
+    return q, aux, (left, right, *beds), bends(parts, stencil, found)
 
 
 def drawn(parts, stencil, sides, third_modes):

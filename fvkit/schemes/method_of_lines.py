@@ -69,6 +69,14 @@ class MethodOfLines(Scheme):
         return 1.1 * self.cfl
 
     @property
+    def limiting(self) -> Reconstruction:
+        return self.reconstruction
+
+    @property
+    def nominal_order(self) -> int:
+        return self.reconstruction.order
+
+    @property
     def time_integrator(self) -> Integrator:
         return self.integrator
 

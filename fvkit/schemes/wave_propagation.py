@@ -89,6 +89,14 @@ class WavePropagation(Scheme):
         """1, the limit of stability, with room for rounding."""
         return 1.0 + 1e-12
 
+    @property
+    def limiting(self) -> tuple[Limiter, ...]:
+        return self.limiter
+
+    @property
+    def nominal_order(self) -> int:
+        return self.order
+
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
         self.riemann.check(model)
         if self.in_cell_shocks and not model.defines("decompose"):

@@ -13,7 +13,8 @@ from fvkit.problem import Problem
 from fvkit.quadrature import cell_averages
 from fvkit.schemes import Scheme
 from fvkit.solution import Solution
-from fvkit.solve import default_scheme, solve
+from fvkit.solve import solve
+from fvkit.stepper import default_scheme
 from fvkit.study.orders import Convergence
 from fvkit.study.settings import describe
 

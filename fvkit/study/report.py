@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import math
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -19,6 +18,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.io import write_whole
 from fvkit.study.layout import plain, table
+from fvkit.study.orders import observed
 from fvkit.study.rounding import ROUNDING
 from fvkit.study.work_precision import Row, WorkPrecision, time_to_reach, work_precision
 
@@ -247,12 +247,11 @@ class Report:
 
 def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:
     """Return the observed order of each error between two rows of a series, None where there is none to speak of."""
-    result: dict[str, float | None] = {}
-    for name, error in row["error"].items():
-        result[name] = None
-        if before is not None and row["cells"] != before["cells"] and min(before["error"].get(name, 0.0), error) > ROUNDING:
-            result[name] = math.log(before["error"][name] / error) / math.log(row["cells"] / before["cells"])
-    return result
+    if before is None or row["cells"] == before["cells"]:
+        return dict.fromkeys(row["error"])
+    errors = np.array([[before["error"].get(name, 0.0), error] for name, error in row["error"].items()]).reshape(-1, 2).T
+    orders = observed(errors, (before["cells"], row["cells"]))[0]
+    return {name: None if np.isnan(order) else float(order) for name, order in zip(row["error"], orders, strict=True)}
 
 
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:

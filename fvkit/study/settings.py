@@ -5,7 +5,7 @@ from typing import Any
 import attrs
 
 from fvkit.names import public_name
-from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
+from fvkit.schemes import Scheme
 
 #: Fields of schemes that have a column of their own.
 NAMED = ("riemann", "limiter", "order", "reconstruction", "integrator")
@@ -14,17 +14,13 @@ NAMED = ("riemann", "limiter", "order", "reconstruction", "integrator")
 def settings(scheme: Scheme) -> dict[str, Any]:
     """Return the columns of a row that name the scheme.
 
-    For the method of lines ``limiter`` is the reconstruction and ``order`` its order; ``integrator`` is None for wave
-    propagation. ``options`` names whatever else is not as by default, empty where all is.
+    ``limiter`` is what limits, of the method of lines the reconstruction; ``integrator`` is None where the scheme makes its
+    step itself. ``options`` names whatever else is not as by default, empty where all is.
     """
-    if isinstance(scheme, WavePropagation):
-        parts: dict[str, Any] = {"limiter": public_name(scheme.limiter), "order": scheme.order, "integrator": None}
-    elif isinstance(scheme, MethodOfLines):
-        parts = {"limiter": public_name(scheme.reconstruction), "order": scheme.reconstruction.order,
-                 "integrator": public_name(scheme.integrator)}
-    else:
-        raise TypeError(f"`schemes` must hold fv.WavePropagation and fv.MethodOfLines, got {scheme!r}")
-    return {"scheme": public_name(scheme), "riemann": public_name(scheme.riemann), **parts, "options": _options(scheme)}
+    integrator = scheme.time_integrator
+    return {"scheme": public_name(scheme), "riemann": public_name(scheme.riemann), "limiter": public_name(scheme.limiting),
+            "order": scheme.nominal_order, "integrator": None if integrator is None else public_name(integrator),
+            "options": _options(scheme)}
 
 
 def describe(scheme: Scheme) -> str:

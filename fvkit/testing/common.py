@@ -51,3 +51,15 @@ def check_is_data(part: Any) -> None:
     for name in part.parameter_names():
         with pytest.raises(attrs.exceptions.FrozenInstanceError):
             setattr(part, name, 0.0)
+
+
+def matrices(model: Model, q: np.ndarray) -> np.ndarray:
+    """Return the derivatives of ``jump`` at states q by central differences, (count, num_eqn, num_eqn)."""
+    none = tuple(np.zeros((len(model.aux), q.shape[1])))
+    size = 1e-6 * (np.abs(q).max(axis=0) + 1e-300)
+    columns = []
+    for row in range(len(q)):
+        change = np.zeros_like(q)
+        change[row] = size
+        columns.append(rows(model.jump(tuple(q - change), tuple(q + change), none, none), q.shape[1]) / (2.0 * size))
+    return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))

@@ -3,13 +3,12 @@
 from itertools import pairwise
 from typing import Any, ClassVar
 
-import attrs
 import numpy as np
 import pytest
 
 from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, solve
 from fvkit.schemes import MethodOfLines
-from fvkit.testing.common import BACKENDS, check_is_data, close, need, rows, solvers
+from fvkit.testing.common import BACKENDS, check_is_data, close, matrices, need, rows, solvers
 
 #: Number of random states of a check.
 COUNT = 200
@@ -85,22 +84,10 @@ class ModelConformance:
         if self.model.defines("jump"):
             pytest.skip("its jump holds more than the flux: see the check of jump")
         low, high = (np.broadcast_to(bound, COUNT) for bound in self.parts.wave_speeds(tuple(self.drawn(1))))
-        speeds = np.linalg.eigvals(self.matrices(self.drawn(1))).real
+        speeds = np.linalg.eigvals(matrices(self.parts, self.drawn(1))).real
         width = 1e-5 * (np.abs(speeds).max(axis=1) + 1e-300)
         assert (low - width <= speeds.min(axis=1)).all()
         assert (speeds.max(axis=1) <= high + width).all()
-
-    def matrices(self, q: np.ndarray) -> np.ndarray:
-        """Derivatives of ``jump`` from a state by central differences, (count, num_eqn, num_eqn)."""
-        model, none = self.parts, tuple(np.zeros((len(self.model.aux), q.shape[1])))
-        size = 1e-6 * (np.abs(q).max(axis=0) + 1e-300)
-        columns = []
-        for row in range(len(q)):
-            change = np.zeros_like(q)
-            change[row] = size
-            jump = rows(model.jump(tuple(q - change), tuple(q + change), none, none), q.shape[1])
-            columns.append(jump / (2.0 * size))
-        return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))
 
     def test_equal_states_make_no_jump(self) -> None:
         q, flat = tuple(self.drawn(1)), tuple(np.zeros((len(self.model.aux), COUNT)))
@@ -249,7 +236,3 @@ class ModelConformance:
     def test_a_wrong_state_is_refused_with_its_shape(self) -> None:
         with pytest.raises(ValueError, match="initial"):
             Problem(self.model, Grid(0.0, 1.0, 10), np.ones((len(self.model.conserved) + 1, 10)), 1.0)
-
-    def test_parameters_are_checked_or_free(self) -> None:
-        for name in self.model.parameter_names():
-            attrs.evolve(self.model, **{name: getattr(self.model, name)})

@@ -3,10 +3,11 @@
 from typing import Any, ClassVar
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from fvkit import Limiter, Model, Source
-from fvkit.testing.common import check_is_data, close, rows
+from fvkit.testing.common import check_is_data, close, need, rows
 
 
 class LimiterConformance:
@@ -38,7 +39,7 @@ class LimiterConformance:
 
     def test_it_lies_in_the_region_without_new_extrema(self) -> None:
         if not self.monotone:
-            return
+            pytest.skip(f"{type(self.limiter).__name__} is said not to be monotone")
         theta = np.linspace(-3.0, 6.0, 1001)
         phi = self.phi(theta)
         assert (phi >= 0.0).all()
@@ -106,8 +107,7 @@ class SourceConformance:
             close(end[:, cell:cell + 1], exact[:, None], self.accuracy)
 
     def test_an_implicit_stage_solves_its_equation(self) -> None:
-        if not self.source.defines("implicit_rate"):
-            return
+        need(self.source, "implicit_rate")
         model, q, aux = self.drawn()
         rate = rows(self.source.implicit_rate(model, tuple(q), aux, self.dt), q.shape[1])
         there = rows(self.source.rate(model, tuple(q + self.dt * rate), aux), q.shape[1])

@@ -3,9 +3,10 @@
 from typing import Any, ClassVar
 
 import numpy as np
+import pytest
 
 from fvkit import Grid, Model, Periodic, Problem, RiemannSolver, Stepper, WavePropagation, solve
-from fvkit.testing.common import BACKENDS, check_is_data, close, rows
+from fvkit.testing.common import BACKENDS, check_is_data, close, matrices, rows
 
 #: Number of random faces of a check.
 COUNT = 200
@@ -66,12 +67,13 @@ class RiemannConformance:
         assert (np.abs(waves).max(axis=(0, 1)) <= 1e-13 * flux).all()
 
     def test_speeds_reach_as_far_as_what_moves(self) -> None:
-        """No slower than the Roe mean of the two bounds of both sides: the time step relies on it."""
-        face = self.face(4)
-        _, _, speeds = self.solved(face)
-        model = self.model.resolved(np.array(face[0]))
-        bounds = [np.abs(np.broadcast_to(bound, COUNT)) for q in face[:2] for bound in model.wave_speeds(q)]
-        assert (np.abs(speeds).max(axis=0) <= 3.0 * np.max(bounds, axis=0) + 1e-12).all()
+        """Between equal states the fastest wave is no slower than the matrix of the jump says: the time step relies on it."""
+        left, _, auxl, _ = self.face(4)
+        flat, model = tuple(0.0 * values for values in auxl), self.model.resolved(np.array(left))
+        change = tuple(np.array(left) * (1.0 + 1e-9))
+        _, _, speeds = self.solved((left, change, flat, flat))
+        wanted = np.abs(np.linalg.eigvals(matrices(model, np.array(left))).real).max(axis=1)
+        assert (np.abs(speeds).max(axis=0) >= wanted * (1.0 - 1e-5)).all()
 
     def test_a_run_conserves_and_stays_finite(self) -> None:
         rng = np.random.default_rng(5)
@@ -89,7 +91,7 @@ class RiemannConformance:
         try:
             signs = np.array(self.model.wall_signs())[:, None]
         except ValueError:
-            return
+            pytest.skip(f"{type(self.model).__name__} does not say what a wall reflects")
         q = np.asarray(self.states(np.random.default_rng(6), 40), dtype=float)
 
         def end(state: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.study.layout import plain, table
 from fvkit_granular.stress.cases import CASES
-from fvkit_granular.stress.randomly import random_stress
+from fvkit_granular.stress.randomly import HIGH, random_stress
 from fvkit_granular.stress.suite import MODELS, SOLVERS, stress
 
 
@@ -30,6 +30,8 @@ def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) 
                         help=f"with --random: any of {', '.join(MODELS)} (default two-phase)")
     parser.add_argument("--riemann", nargs="+", default=["relaxation"], metavar="R",
                         help=f"with --random: any of {', '.join(SOLVERS)} (default relaxation)")
+    parser.add_argument("--orders", nargs="+", type=int, default=[1, 2], metavar="P",
+                        help="with --random: any of 1, 2 and 5, the method of lines (default 1 2)")
     parser.add_argument("--workers", type=int, help="processes (default: one per processor)")
     parser.add_argument("--out", type=Path, default=Path("fvkit-stress"), help="folder for the results (default fvkit-stress)")
 
@@ -39,6 +41,8 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
                                    (options.models, "--models", MODELS), (options.riemann, "--riemann", SOLVERS)):
         for name in names or ():
             _validate.choice(name, argument, known)
+    for order in options.orders:
+        _validate.choice(order, "--orders", (1, 2, HIGH))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
     if options.random is not None:
@@ -54,7 +58,7 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
 
 def _random(options: argparse.Namespace, tell: Callable[[str], None] | None) -> int:
     count, seed = _validate.whole(options.random, "--random", at_least=8), _validate.whole(options.seed, "--seed", at_least=0)
-    rows = random_stress(count, seed, options.models, options.riemann, workers=options.workers, progress=tell)
+    rows = random_stress(count, seed, options.models, options.riemann, options.orders, workers=options.workers, progress=tell)
     if tell is not None:
         tell("")
     lines = [["model", "solver", "order", "problems", "p50", "p99", "p99.9", "max", "collapses", "broken", "mass drift"]]

@@ -6,7 +6,6 @@ from itertools import pairwise
 import attrs
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import fvkit as fv
 import fvkit_granular as gr
@@ -182,25 +181,14 @@ def equal_velocities(x):
     return np.array([hs, hs * vs, hf, hf * vs])
 
 
-def spectral_drag(law, start, t, modes=64):
+def spectral_drag(law, start, t):
     """Fourier coefficients of the smooth flow over a bottom with drag, by an implicit method."""
-    x, model = np.arange(modes) / modes, gr.TwoPhase()
-    k = 2j * np.pi * np.fft.fftfreq(modes, 1.0 / modes)
-    k[modes // 2] = 0.0
+    def forces(dx, hs, ms, hf, mf, bx, g, gamma):
+        solid, fluid = two_phase_forces(dx, hs, ms, hf, mf, bx, g, gamma)
+        _, gain, _, loss = law.rate(gr.TwoPhase(g, gamma), (hs, ms, hf, mf), ())
+        return solid + gain, fluid + loss
 
-    def dx(values):
-        return np.fft.ifft(k * np.fft.fft(values)).real
-
-    bx = dx(slip_over_bottom(x)[4])
-
-    def rate(_, flat):
-        hs, ms, hf, mf = flat.reshape(4, modes)
-        solid, fluid = two_phase_forces(dx, hs, ms, hf, mf, bx, 9.81, 0.5)
-        _, gain, _, loss = law.rate(model, (hs, ms, hf, mf), ())
-        return np.concatenate([-dx(ms), solid + gain, -dx(mf), fluid + loss])
-
-    end = solve_ivp(rate, (0.0, t), start(x).ravel(), method="Radau", rtol=1e-9, atol=1e-11).y[:, -1]
-    return np.fft.fft(end.reshape(4, modes)) / modes
+    return pseudo_spectral(t, 64, forces=forces, initial=start, method="Radau", rtol=1e-9, atol=1e-11)
 
 
 @pytest.mark.parametrize(("law", "start", "wanted"), [

@@ -107,3 +107,10 @@ def test_a_run_that_fails_at_once_is_a_row(monkeypatch):
     row = suite.run_case("tiny-depth", "shallow-water", "relaxation", 1, "numpy")
     assert row["verdict"] == "FAIL"
     assert row["status"] == "non_finite"
+
+
+def test_random_problems_run_at_high_order_too(tmp_path, capsys):
+    assert main(["stress", "--random", "8", "--orders", "3", "--out", str(tmp_path)]) == 2
+    assert "--orders" in capsys.readouterr().err
+    (row,) = random_stress(8, seed=3, orders=(5,), workers=1)
+    assert (row["order"], row["problems"], row["collapses"], row["failed"]) == (5, 8, 0, [])

@@ -1,0 +1,230 @@
+"""`Stepper`: one problem under one scheme, a step at a time."""
+
+import time as clock
+import warnings
+from collections.abc import Mapping
+from typing import NoReturn
+
+import numpy as np
+
+from fvkit import _validate, contract
+from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, make_kernel
+from fvkit.problem import Problem
+from fvkit.schemes import Parts, Scheme, WavePropagation
+from fvkit.solution import Interrupted, SolveError, Stats, Status
+
+#: More steps than any run takes.
+UNLIMITED = 2**62
+
+
+class Stepper:
+    """One problem under one scheme, one step at a time: what `solve` runs.
+
+    Parameters
+    ----------
+    problem : the problem.
+    scheme : the scheme; None for second-order wave propagation with the model's default Riemann solver.
+    backend : ``"auto"``, ``"numba"`` (compiled) or ``"numpy"``; auto compiles where numba is installed, unless the
+        environment variable FVKIT_BACKEND names another.
+    nonhyperbolic : what to do when characteristic speeds turn complex: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
+    threads : threads of a compiled run; more than 1 only from 100,000 cells on, bit-identical to one.
+
+    Attributes
+    ----------
+    t : float
+        Current time, s.
+    q : numpy.ndarray
+        (num_eqn, num_cells) current cell averages; a view, read-only.
+
+    Raises
+    ------
+    ValueError
+        If scheme and model cannot work together, naming both.
+    """
+
+    def __init__(self, problem: Problem, scheme: Scheme | None = None, backend: str = "auto",
+                 nonhyperbolic: str = "warn", threads: int = 1) -> None:
+        _validate.choice(backend, "backend", BACKENDS)
+        self.nonhyperbolic = _validate.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
+        self.problem, self.threads = problem, _validate.whole(threads, "threads", at_least=1)
+        self.scheme, parts = assemble(problem, scheme)
+        self._kernel: Kernel = make_kernel(backend, problem, self.scheme, parts, self.threads)
+        self._march = March(self._kernel.padded(problem.q0), problem.t_start, self._first_dt(), len(self._kernel.mass_rows),
+                            stop_when_lost=self.nonhyperbolic == "raise")
+        self._seconds = 0.0
+
+    @property
+    def t(self) -> float:
+        """Current time, s."""
+        return self._march.t
+
+    @property
+    def steps(self) -> int:
+        """Accepted steps so far."""
+        return self._march.steps
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the stepping so far, s."""
+        return self._seconds
+
+    @property
+    def q(self) -> np.ndarray:
+        """Current cell averages, (num_eqn, num_cells), read-only."""
+        view = self._kernel.inside(self._march.now).view()
+        view.flags.writeable = False
+        return view
+
+    @property
+    def dt(self) -> float:
+        """The step that the Courant number allows next, s; infinite where nothing moves."""
+        return self._march.dt
+
+    def _first_dt(self) -> float:
+        """From the speeds of the initial cells, so that the first step is as good as the others."""
+        q0, speed = self.problem.q0, 0.0
+        with np.errstate(all="ignore"):
+            for first in range(0, q0.shape[1], CHUNK):
+                bounds = self.problem.model.wave_speeds(tuple(q0[:, first:first + CHUNK]))
+                speed = max(speed, *(float(np.max(np.abs(bound))) for bound in bounds))
+        return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
+
+    def step(self, dt: float | None = None) -> float:
+        """Advance by one accepted step of at most ``dt`` and return its length.
+
+        Raises
+        ------
+        SolveError
+            If no acceptable step exists; the state stays the last accepted one.
+        """
+        before = self.t
+        if dt is not None:
+            self._march.dt = min(self._march.dt, _validate.real(dt, "dt", above=0.0))
+            self.run(np.inf, max_steps=1)
+        elif before < self.problem.t_end:
+            self.run(self.problem.t_end, max_steps=1)
+        else:
+            raise ValueError(f"the end time t_end = {self.problem.t_end:g} is reached; give a `dt` to step on")
+        return self.t - before
+
+    def advance(self, t: float) -> None:
+        """Step to exactly time ``t``."""
+        target = _validate.real(t, "t", at_least=self.t)
+        while self.t < target:
+            self.run(target, max_steps=UNLIMITED)
+
+    @property
+    def batch(self) -> int:
+        """Steps that take about 0.1 s: after so many a run comes back to Python, for progress and Ctrl-C."""
+        return max(1, int(0.1 * self.steps / self._seconds)) if self._seconds > 0.0 and self.steps else 1
+
+    def interrupted(self) -> Interrupted:
+        """The error of a run that the user stops now."""
+        state = self.q[:, 0].copy()
+        return Interrupted(Status.INTERRUPTED, self.t, -1, np.nan, state, self.steps, self.problem.model.conserved)
+
+    def run(self, target: float, max_steps: int) -> None:
+        """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
+        march = self._march
+        known = march.lost
+        started = clock.perf_counter()
+        with np.errstate(all="ignore"):
+            outcome = self._kernel.advance(march, target, max_steps)
+        self._seconds += clock.perf_counter() - started
+        if march.lost and not known and self.nonhyperbolic == "warn":
+            self._warn_lost()
+        if outcome is Outcome.BAD_STATE:
+            self.fail(*self._diagnosis())
+        if outcome is Outcome.NO_STEP:
+            self.fail(Status.DT_TOO_SMALL)
+        if outcome is Outcome.LOST_HYPERBOLICITY:
+            self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.num_cells - 1), march.now)
+
+    def _diagnosis(self) -> tuple[Status, int, np.ndarray]:
+        """What is wrong with the trial state, and in which cell."""
+        trial, model = self._march.next, self.problem.model
+        q = self._kernel.inside(trial)
+        finite = np.isfinite(q).all(axis=0)
+        if not finite.all():
+            return Status.NON_FINITE, int(np.argmin(finite)), trial
+        lowest = [(q[row].min(), int(np.argmin(q[row]))) for row in self._kernel.mass_rows]
+        if lowest and min(lowest)[0] < 0.0:
+            return Status.NEGATIVE_DEPTH, min(lowest)[1], trial
+        if model.defines("admissible"):
+            allowed = np.broadcast_to(model.admissible(tuple(q)), q.shape[1:])
+            if not allowed.all():
+                return Status.INADMISSIBLE, int(np.argmin(allowed)), trial
+        return Status.NON_FINITE, -1, trial
+
+    def _warn_lost(self) -> None:
+        march = self._march
+        warnings.warn(f"characteristic speeds are complex from t = {march.lost_time:.6g} on, first at "
+                      f"x = {self.problem.grid.edges[march.lost_face]:.6g}: the problem is ill-posed there and does not "
+                      "converge. stats.nonhyperbolic_faces counts; nonhyperbolic='raise' stops, 'ignore' is silent.",
+                      RuntimeWarning, stacklevel=3)
+
+    def fail(self, status: Status, cell: int = -1, padded: np.ndarray | None = None) -> NoReturn:
+        """Raise `SolveError` with what is known of the state."""
+        x = float(self.problem.grid.centers[cell]) if cell >= 0 else np.nan
+        state = self._kernel.inside(self._march.now if padded is None else padded)[:, max(cell, 0)].copy()
+        raise SolveError(status, self.t, cell, x, state, self.steps, self.problem.model.conserved)
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Copies of all that a run changes: with them `restore` puts another stepper of the same problem and scheme here."""
+        march = self._march
+        return {"now": self.q.copy(), "real": march.real.copy(), "count": march.count.copy(), "masses": march.masses.copy(),
+                "clock": np.array(self._seconds)}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go to a `snapshot`: what follows is what followed there, bit for bit on the same backend."""
+        march = self._march
+        for array, name in ((march.real, "real"), (march.count, "count"), (march.masses, "masses")):
+            array[:] = snapshot[name]
+        self._kernel.inside(march.now)[:] = snapshot["now"]
+        self._seconds = float(snapshot["clock"])
+
+    def stats(self) -> Stats:
+        """Statistics of the run so far."""
+        march, kernel, grid = self._march, self._kernel, self.problem.grid
+        names = [self.problem.model.conserved[row] for row in kernel.mass_rows]
+        start = self.problem.q0[kernel.mass_rows].sum(axis=1) * grid.dx
+        entered = (march.masses[0] - march.masses[1])[:len(names)]
+        change = self.q[kernel.mass_rows].sum(axis=1) * grid.dx - start - entered
+        scale = [mass or start.sum() or 1.0 for mass in start]
+        return Stats(march.steps, march.rejected, grid.num_cells * (march.steps + march.rejected), self._seconds,
+                     kernel.compile_seconds, march.max_cfl, kernel.name, 0, march.lost,
+                     {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)})
+
+
+def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
+    """Return the scheme, the default where None, and its parts, checked against the problem."""
+    _validate.instance(problem, "problem", Problem)
+    chosen = default_scheme(problem) if scheme is None else _validate.instance(scheme, "scheme", Scheme)
+    parts = chosen.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
+    check_parts(problem, parts)
+    return chosen, parts if problem.background is None else chosen.around(parts)
+
+
+def default_scheme(problem: Problem) -> Scheme:
+    """Second-order wave propagation with the model's default Riemann solver."""
+    return WavePropagation(problem.model.default_riemann())
+
+
+def check_parts(problem: Problem, parts: Parts) -> None:
+    """Check the pointwise contract of solver and limiters on the problem's own initial state."""
+    model, kind = problem.model, type(problem.model)
+    q, aux, count = problem.sample()
+    face = (model, q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux), q)
+    if parts.riemann.compilable:
+        contract.read(type(parts.riemann), ("solve",), kind)
+    waves = contract.rehearse_waves(parts.riemann, "solve", face, len(q), count)
+    if parts.reconstruction is None and len(parts.limiters) not in (1, waves):
+        raise ValueError(f"`limiter` must be one limiter or one per wave family: {type(parts.riemann).__name__} with "
+                         f"{kind.__name__} has {waves}, got {len(parts.limiters)}")
+    if parts.reconstruction is not None:
+        contract.read(type(parts.reconstruction), ("right",))
+        cells = tuple(np.linspace(1.0, 2.0 + k % 3, count) for k in range(5))
+        contract.rehearse_value(parts.reconstruction, "right", cells, count)
+    for limiter in parts.limiters:
+        contract.read(type(limiter), ("phi",))
+        contract.rehearse_value(limiter, "phi", (np.linspace(-1.0, 3.0, count), np.full(count, 0.5)), count)
