@@ -31,6 +31,7 @@ from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import rhs, solve
 from fvkit.sources import Godunov, Source, Splitting, Strang
 from fvkit.stepper import Stepper
+from fvkit.stopping import Stop, StopAtRest
 from fvkit.storage import load
 from fvkit.study.convergence import convergence
 from fvkit.study.orders import Convergence, OrderError
@@ -87,6 +88,8 @@ __all__ = [
     "Stats",
     "Status",
     "Stepper",
+    "Stop",
+    "StopAtRest",
     "Strang",
     "Superbee",
     "SweepResult",

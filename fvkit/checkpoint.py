@@ -9,15 +9,16 @@ import attrs
 
 from fvkit import _validate
 from fvkit.archive import write_archive
-from fvkit.configuration import effective
+from fvkit.configuration import describe, effective
 from fvkit.recording import Frames
 from fvkit.solution import Status
+from fvkit.stopping import Stop
 
 if TYPE_CHECKING:
     from fvkit.stepper import Stepper
 
 #: What the first entry of a file says it is.
-FORMAT = "fvkit checkpoint 1"
+FORMAT = "fvkit checkpoint 2"
 
 
 def _path(value: Any) -> Path:
@@ -58,8 +59,8 @@ class Checkpoint:
 class Saver:
     """Writes the checkpoints of one run."""
 
-    def __init__(self, checkpoint: Checkpoint, stepper: "Stepper", frames: Frames, targets: list[float]) -> None:
-        self.checkpoint = checkpoint
+    def __init__(self, checkpoint: Checkpoint, stepper: "Stepper", frames: Frames, targets: list[float], stop: Stop | None) -> None:
+        self.checkpoint, self._stop = checkpoint, stop
         self._stepper, self._frames, self._targets = stepper, frames, targets
         self._wall, self._t = clock.perf_counter(), stepper.t
 
@@ -75,7 +76,7 @@ class Saver:
         stepper, frames = self._stepper, self._frames
         problem = stepper.problem
         plan = {"seconds": self.checkpoint.seconds, "interval": self.checkpoint.interval, "nonhyperbolic": stepper.nonhyperbolic,
-                "threads": stepper.threads}
+                "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._stop)}
         kept = effective(problem, stepper.scheme, stepper.stats(), Status.INTERRUPTED, "to be continued with fv.resume")
         write_archive(self.checkpoint.path, {
             "format": FORMAT, "t": frames.t, "q": frames.q, "times": self._targets, **stepper.snapshot(),

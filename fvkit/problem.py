@@ -58,6 +58,8 @@ class Problem:
         {name: (num_cells,)} cell averages of the aux functions.
     background_averages : numpy.ndarray or None
         (num_eqn, num_cells) cell averages of the background.
+    ends : tuple
+        (left, right), the boundary conditions as they are at the ends of this grid.
 
     Raises
     ------
@@ -79,6 +81,7 @@ class Problem:
     q0: np.ndarray = attrs.field(init=False, repr=False)
     aux_averages: dict[str, np.ndarray] = attrs.field(init=False, repr=False)
     background_averages: np.ndarray | None = attrs.field(init=False, repr=False)
+    ends: tuple[BoundaryCondition, BoundaryCondition] = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
         _validate.instance(self.model, "model", Model)
@@ -92,6 +95,9 @@ class Problem:
         object.__setattr__(self, "background_averages",
                            None if self.background is None else self._average(self.background, "background"))
         object.__setattr__(self, "model", _validate.instance(self.model.resolved(self.q0), "model.resolved()", Model))
+        object.__setattr__(self, "ends", tuple(
+            _validate.instance(side.placed(left, self.model, self.grid, self.aux_averages), "boundary.placed()", BoundaryCondition)
+            for side, left in zip(self.boundary, (True, False), strict=True)))
         self._check_contract()
 
     def _average_aux(self) -> dict[str, np.ndarray]:
@@ -148,9 +154,12 @@ class Problem:
             if model.defines(name):
                 contract.read(kind, (name,))
                 contract.rehearse_waves(model, name, (*face, q), rows, count)
-        for side in self.boundary:
+        for side in self.ends:
+            values = side.values(model, self.t_start)
             contract.read(type(side), ("ghost",), kind)
-            contract.rehearse(side, "ghost", (model, q, side.values(model, self.t_start)), rows, count)
+            contract.rehearse(side, "ghost", (model, q, values), rows, count)
+            if side.defines("mass_fluxes"):
+                contract.rehearse(side, "mass_fluxes", (model, values), len(model.mass_rows()), count)
         for source in self.sources:
             source.check(model)
             contract.read(type(source), ("step", "rate"), kind)

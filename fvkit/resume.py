@@ -14,8 +14,10 @@ from fvkit.problem import Problem
 from fvkit.recording import Memory
 from fvkit.schemes import Scheme
 from fvkit.solution import Solution
-from fvkit.solve import run_to_end
+from fvkit.solve import Orders, run_to_end
+from fvkit.step_length import StepLength
 from fvkit.stepper import Stepper
+from fvkit.stopping import Stop
 from fvkit.storage import expect_format, model_and_grid, parsed, part
 
 
@@ -73,10 +75,12 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
         raise archive.refused(f"its plan has no {error}") from None
     except (TypeError, ValueError) as error:
         raise archive.refused(f"its plan cannot be followed: {error}") from None
-    stepper = Stepper(problem, scheme, backend or str(kept.get("backend")), *settings)
+    length = part(plan, "length", StepLength, archive.path)
+    stop = None if plan.get("stop") is None else part(plan, "stop", Stop, archive.path)
+    stepper = Stepper(problem, scheme, backend or str(kept.get("backend")), *settings, length)
     stepper.restore(snapshot)
     chosen = again if checkpoint is True else checkpoint or None
-    return run_to_end(stepper, times, frames, chosen, progress, throw, max_steps, observers)
+    return run_to_end(stepper, times, frames, Orders(observers, max_steps, stop=stop), chosen, progress, throw)
 
 
 def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:

@@ -22,8 +22,10 @@ class Status(Enum):
 
     FINISHED = "the end time was reached"
     MAX_STEPS = "the number of steps reached max_steps before the end time"
+    STOPPED = "the run was stopped by its rule"
     OVER_BUDGET = "the stepping took longer than the given `seconds`"
     DT_TOO_SMALL = "the time step became too small: the speeds grow without bound"
+    DT_TOO_LARGE = "the given `dt` is longer than the Courant number of the scheme allows: give a shorter one, or `dt_max`"
     NON_FINITE = "a state became infinite or not a number"
     NEGATIVE_DEPTH = "a mass became negative"
     INADMISSIBLE = "a state left what the model allows"
@@ -75,7 +77,7 @@ class Solution:
     q : (k, num_eqn, num_cells) cell averages. A failed run ends with the last accepted state.
     aux : {name: (num_cells,)}.
     grid, model : where and what.
-    status : `Status`; ``success`` is ``status is Status.FINISHED``.
+    status : `Status`; ``success``: it reached its end, or where ``stop`` told it to.
     stats : `Stats`.
     message : one sentence: how the run ended, and where if it failed.
     configuration : plain data: model, scheme, boundary, sources, grid and times with all defaults, backend, versions,
@@ -94,8 +96,8 @@ class Solution:
 
     @property
     def success(self) -> bool:
-        """Whether the run reached its end."""
-        return self.status is Status.FINISHED
+        """Whether the run reached its end, or the point where ``stop`` told it to stop."""
+        return self.status in (Status.FINISHED, Status.STOPPED)
 
     def observables(self, i: int = -1) -> dict[str, np.ndarray]:
         """What a person looks at, {name: (num_cells,)}, at output ``i``."""

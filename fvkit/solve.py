@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
+import attrs
 import numpy as np
 
 from fvkit import _validate
@@ -14,14 +16,17 @@ from fvkit.progress import checked, reporter
 from fvkit.recording import Frames, Memory, Stream
 from fvkit.schemes import Scheme
 from fvkit.solution import Solution, SolveError, Status
+from fvkit.step_length import StepLength
 from fvkit.stepper import Stepper, assemble
+from fvkit.stopping import Stop
 
 
 def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float] | None = None, *, backend: str = "auto",
           progress: bool | Callable[[float], None] = False, throw: bool = True, max_steps: int = 10_000_000,
           observers: Iterable[Callable[[Stepper], None]] = (), nonhyperbolic: str = "warn",
           threads: int = 1, seconds: float | None = None, checkpoint: Checkpoint | None = None,
-          stream: str | Path | None = None) -> Solution:
+          stream: str | Path | None = None, stop: Stop | None = None, dt: float | None = None, dt_max: float | None = None,
+          dt_initial: float | None = None) -> Solution:
     """Solve a problem with a scheme.
 
     Parameters
@@ -40,11 +45,15 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     checkpoint : where and how often the run leaves what `resume` needs to continue it, see `Checkpoint`.
     stream : name of a netCDF file (.nc, extra ``io``) that gets every output as soon as it is there, under the name
         NAME.part.nc until the run ends, well or not; a run that is killed leaves that, readable. Not with ``checkpoint``.
+    stop : when to end before the end time, as a success, such as ``fv.StopAtRest(speed=0.01)``.
+    dt : length of every step, s, but for those that are shortened to end at an output time; a longer one than the Courant
+        number allows ends the run as failed. None for the longest that the Courant number allows.
+    dt_max, dt_initial : longest step, and longest first step, s; None for what the Courant number allows. Not with ``dt``.
 
     Returns
     -------
     Solution
-        Start, then ``times``; with ``stream`` start and end alone, and `load` reads all from the file.
+        Start, then ``times``, up to the state where ``stop`` ended the run, if it did; with ``stream`` start and end alone, and `load` reads all from the file.
 
     Raises
     ------
@@ -56,51 +65,82 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     """
     if checkpoint is not None and stream is not None:
         raise ValueError("`checkpoint` and `stream` do not go together: a checkpoint holds the outputs so far, give one of them")
-    stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads)
+    stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads, StepLength(dt_max, dt_initial, dt))
     targets = _targets(problem, times)
     frames = Memory(len(targets) + 1, problem.q0) if stream is None else Stream(stream, problem, stepper.scheme)
-    return run_to_end(stepper, targets, frames, checkpoint, progress, throw, max_steps, observers, seconds)
+    orders = Orders(observers, max_steps, np.inf if seconds is None else seconds, stop)
+    return run_to_end(stepper, targets, frames, orders, checkpoint, progress, throw)
 
 
-def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, checkpoint: Checkpoint | None,
-               progress: bool | Callable[[float], None], throw: bool, max_steps: int,
-               observers: Iterable[Callable[[Stepper], None]], seconds: float | None = None) -> Solution:
+def _callbacks(observers: Any) -> tuple[Callable[[Stepper], None], ...]:
+    given = tuple(observers) if isinstance(observers, Iterable) else (observers,)
+    for observer in given:
+        if not callable(observer):
+            raise TypeError(f"`observers` must be functions of the stepper, got {observer!r}")
+    return given
+
+
+def _stop(value: Any) -> Stop | None:
+    return None if value is None else _validate.instance(value, "stop", Stop, "such as fv.StopAtRest(speed=0.01)")
+
+
+@attrs.frozen
+class Orders:
+    """What is looked at during a run, and what may end it early; fields as for `solve`."""
+
+    observers: Any = attrs.field(default=(), converter=_callbacks)
+    max_steps: int = attrs.field(default=10_000_000, converter=lambda value: _validate.whole(value, "max_steps", at_least=0))
+    seconds: float = attrs.field(default=np.inf, converter=lambda value: value if value == np.inf else
+                                 _validate.real(value, "seconds", above=0.0))
+    stop: Stop | None = attrs.field(default=None, converter=_stop)
+
+    def limit(self, stepper: Stepper) -> int:
+        """Return the number of steps until someone looks at the run; fail where it has used up what it may."""
+        if stepper.steps >= self.max_steps:
+            stepper.fail(Status.MAX_STEPS)
+        if stepper.seconds > self.seconds:
+            stepper.fail(Status.OVER_BUDGET)
+        if self.observers:
+            return 1
+        most = min(stepper.batch, self.max_steps - stepper.steps)
+        return most if self.stop is None else min(most, self.stop.every - stepper.steps % self.stop.every)
+
+    def ends(self, stepper: Stepper) -> bool:
+        """Whether ``stop`` ends the run here."""
+        asked = self.stop is not None and stepper.steps > 0 and stepper.steps % self.stop.every == 0
+        return asked and self.stop.reached(stepper.problem, stepper.t, stepper.q)  # type: ignore[union-attr]
+
+
+def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: Orders, checkpoint: Checkpoint | None,
+               progress: bool | Callable[[float], None], throw: bool) -> Solution:
     """Run a stepper through the output times that are ahead of it; arguments as for `solve`, ``frames`` those behind it."""
     problem = stepper.problem
-    limit, callbacks = _validate.whole(max_steps, "max_steps", at_least=0), _callbacks(observers)
-    budget = np.inf if seconds is None else _validate.real(seconds, "seconds", above=0.0)
     if checkpoint is not None:
         _validate.instance(checkpoint, "checkpoint", Checkpoint, "such as fv.Checkpoint('run.npz')")
-    saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets)
+    if orders.stop is not None:
+        orders.stop.check(problem)
+    saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets, orders.stop)
     failure: SolveError | None = None
+    status = Status.FINISHED
     try:
         if not len(frames.t):
             frames.add(problem.t_start, problem.q0)
         with reporter(checked(progress), problem.t_start, targets[-1] if targets else problem.t_start) as report:
             try:
-                for target in targets[len(frames.t) - 1:]:
-                    while stepper.t < target:
-                        if stepper.steps >= limit:
-                            stepper.fail(Status.MAX_STEPS)
-                        if stepper.seconds > budget:
-                            stepper.fail(Status.OVER_BUDGET)
-                        stepper.run(target, 1 if callbacks else min(stepper.batch, limit - stepper.steps))
-                        for observer in callbacks:
-                            observer(stepper)
-                        report(stepper.t, stepper.steps)
-                        if saver is not None:
-                            saver.tick()
-                    frames.add(stepper.t, stepper.q)
+                status = _march(stepper, targets, frames, orders, report, saver)
             except (SolveError, KeyboardInterrupt) as error:
                 failure = error if isinstance(error, SolveError) else stepper.interrupted()
+                status = failure.status
         if saver is not None:
             saver.write()
             if failure is not None:
                 failure.args = (f"{failure}; fv.resume({str(saver.checkpoint.path)!r}) goes on from here",)
         if stepper.t > frames.t[-1]:
             frames.add(stepper.t, stepper.q)
-        status, stats = Status.FINISHED if failure is None else failure.status, stepper.stats()
-        message = status.value if failure is None else str(failure)
+        message = str(failure) if failure is not None else status.value
+        if status is Status.STOPPED:
+            message += f", {orders.stop}, at t = {stepper.t:.8g}, step {stepper.steps}"
+        stats = stepper.stats()
         kept = effective(problem, stepper.scheme, stats, status, message)
         frames.finish(kept)
     except BaseException:
@@ -114,12 +154,21 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, checkpoin
     return solution
 
 
-def _callbacks(observers: Iterable[Callable[[Stepper], None]]) -> tuple[Callable[[Stepper], None], ...]:
-    given = tuple(observers) if isinstance(observers, Iterable) else (observers,)
-    for observer in given:
-        if not callable(observer):
-            raise TypeError(f"`observers` must be functions of the stepper, got {observer!r}")
-    return given
+def _march(stepper: Stepper, targets: list[float], frames: Frames, orders: Orders, report: Callable[[float, int], None],
+           saver: Saver | None) -> Status:
+    """Step through the output times that are ahead; return how the run ended."""
+    for target in targets[len(frames.t) - 1:]:
+        while stepper.t < target:
+            if orders.ends(stepper):
+                return Status.STOPPED
+            stepper.run(target, orders.limit(stepper))
+            for observer in orders.observers:
+                observer(stepper)
+            report(stepper.t, stepper.steps)
+            if saver is not None:
+                saver.tick()
+        frames.add(stepper.t, stepper.q)
+    return Status.FINISHED
 
 
 def _targets(problem: Problem, times: Iterable[float] | None) -> list[float]:

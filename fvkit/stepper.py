@@ -12,6 +12,7 @@ from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, make_kernel
 from fvkit.problem import Problem
 from fvkit.schemes import Parts, Scheme, WavePropagation
 from fvkit.solution import Interrupted, SolveError, Stats, Status
+from fvkit.step_length import StepLength
 
 #: More steps than any run takes.
 UNLIMITED = 2**62
@@ -28,6 +29,7 @@ class Stepper:
         environment variable FVKIT_BACKEND names another.
     nonhyperbolic : what to do when characteristic speeds turn complex: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
     threads : threads of a compiled run; more than 1 only from 100,000 cells on, bit-identical to one.
+    length : bounds of the step length, None for what the Courant number allows, see `StepLength`.
 
     Attributes
     ----------
@@ -43,14 +45,18 @@ class Stepper:
     """
 
     def __init__(self, problem: Problem, scheme: Scheme | None = None, backend: str = "auto",
-                 nonhyperbolic: str = "warn", threads: int = 1) -> None:
+                 nonhyperbolic: str = "warn", threads: int = 1, length: StepLength | None = None) -> None:
         _validate.choice(backend, "backend", BACKENDS)
         self.nonhyperbolic = _validate.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
         self.problem, self.threads = problem, _validate.whole(threads, "threads", at_least=1)
         self.scheme, parts = assemble(problem, scheme)
         self._kernel: Kernel = make_kernel(backend, problem, self.scheme, parts, self.threads)
-        self._march = March(self._kernel.padded(problem.q0), problem.t_start, self._first_dt(), len(self._kernel.mass_rows),
-                            stop_when_lost=self.nonhyperbolic == "raise")
+        self.length = StepLength() if length is None else _validate.instance(length, "length", StepLength)
+        first = min(self._first_dt(), self.length.dt_initial or np.inf)
+        self._march = March(self._kernel.padded(problem.q0), problem.t_start, first, len(self._kernel.mass_rows),
+                            stop_when_lost=self.nonhyperbolic == "raise", bounds=self.length.bounds)
+        self._march.dt = self._march.bounded(first)
+        self._breaks = sorted({t for end in problem.ends for t in end.breaks()})
         self._seconds = 0.0
 
     @property
@@ -127,6 +133,7 @@ class Stepper:
         """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
         march = self._march
         known = march.lost
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
         started = clock.perf_counter()
         with np.errstate(all="ignore"):
             outcome = self._kernel.advance(march, target, max_steps)
@@ -136,7 +143,7 @@ class Stepper:
         if outcome is Outcome.BAD_STATE:
             self.fail(*self._diagnosis())
         if outcome is Outcome.NO_STEP:
-            self.fail(Status.DT_TOO_SMALL)
+            self.fail(Status.DT_TOO_SMALL if self.length.dt is None else Status.DT_TOO_LARGE)
         if outcome is Outcome.LOST_HYPERBOLICITY:
             self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.num_cells - 1), march.now)
 

@@ -8,6 +8,8 @@ from fvkit_granular.compare import compare
 from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
 from fvkit_granular.front import Front
+from fvkit_granular.inflow import Hydrograph
+from fvkit_granular.outflow import Stage, UniformSlope
 from fvkit_granular.pitman_le import PitmanLe
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
@@ -24,9 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference",
-    "Manning",
+    "Hydrograph", "Manning",
     "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SceneRun",
-    "SelfConverged", "ShallowWater", "TwoLayer", "TwoPhase", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
+    "SelfConverged", "ShallowWater", "Stage", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
     "pictures", "scene", "scene_names", "scenes", "steady",
 ]
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from fvkit.backends.halo import Plan, plan
 from fvkit.backends.runner import Runner
-from fvkit.model import aux_rows
+from fvkit.boundary import BoundaryCondition
+from fvkit.model import Model, aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
@@ -20,6 +21,10 @@ EVEN = 1000
 #: A step is retried at most this often; each retry shortens it to the Courant number aimed at, but to no less than a share:
 #: speeds of the stages of a step that was too long say nothing about those of a shorter one.
 MAX_RETRIES, SHORTEST = 30, 0.25
+
+
+#: A number of steps this close above a whole one is that.
+SHY = 1.0 - 1e-12
 
 
 class Outcome(IntEnum):
@@ -62,10 +67,21 @@ class March:
     lost = _Number("count", 2, int)
     lost_face = _Number("count", 3, int)
 
-    def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False) -> None:
+    def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False,
+                 bounds: tuple[float, float] = (0.0, np.inf)) -> None:
         self._buffers = (q, q.copy())
         self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0]), np.zeros((2, max(masses, 1)))
-        self.stop_when_lost = stop_when_lost
+        self.stop_when_lost, self.bounds = stop_when_lost, bounds
+
+    def bounded(self, dt: float) -> float:
+        """A step length within ``bounds``, which are equal where it is fixed."""
+        least, most = self.bounds
+        return max(least, min(most, dt))
+
+    @property
+    def retries(self) -> int:
+        """How often a step is tried: once where its length is fixed."""
+        return 1 if self.bounds[0] > 0.0 else MAX_RETRIES
 
     @property
     def real(self) -> np.ndarray:
@@ -129,11 +145,11 @@ class Kernel(ABC):
         if self.cells < self.halo:
             raise ValueError(f"`num_cells` must be >= {self.halo} for this scheme, got {self.cells}")
         self.mass_rows = list(problem.model.mass_rows())
-        self.closed = problem.boundary[0].reads == "opposite"
+        self.closed = problem.ends[0].reads == "opposite"
         self.ghosts = (self._side(left=True), self._side(left=False))
         rows = aux_rows(problem.model, problem.aux_averages)
         self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
-        self.aux_edges = self.aux[:, [cell for ghosts, seen in self.ghosts for cell in _within(seen, self.halo, len(ghosts))]]
+        self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
         self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
         self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
         if problem.background_averages is not None:
@@ -156,8 +172,8 @@ class Kernel(ABC):
     def fill_ghosts(self, q: np.ndarray, t: float) -> None:
         """Fill the ghost cells of a padded state."""
         model = self.problem.model
-        given = self.ghost_values(t) if self._values is None else self._values
-        for side, (ghosts, seen), values in zip(self.problem.boundary, self._slices, given, strict=True):
+        given = self._given_values = self.ghost_values(t) if self._values is None else self._values
+        for side, (ghosts, seen), values in zip(self.problem.ends, self._slices, given, strict=True):
             for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
                 row[ghosts] = component
 
@@ -179,7 +195,7 @@ class Kernel(ABC):
         """Ghost cells of one side, and for each the cell that it looks at."""
         halo, n = self.halo, self.cells
         ghosts = range(halo) if left else range(halo + n, n + 2 * halo)
-        reads = self.problem.boundary[0 if left else 1].reads
+        reads = self.problem.ends[0 if left else 1].reads
         if reads == "opposite":
             return ghosts, range(n, n + halo) if left else range(halo, 2 * halo)
         if reads == "mirror":
@@ -187,14 +203,21 @@ class Kernel(ABC):
         edge = halo if left else halo + n - 1
         return ghosts, range(edge, edge + 1)
 
+    def _outside(self, end: BoundaryCondition, cells: tuple[range, range]) -> np.ndarray:
+        """The given functions on the ghost cells of one side."""
+        ghosts, seen = cells
+        near = np.array(_within(seen, self.halo, len(ghosts)))
+        distance = np.abs(np.array(ghosts) - self.halo - near) * self.problem.grid.dx
+        return np.asarray(end.ghost_aux(self.problem.model, self.aux[:, near], distance), dtype=float)
+
     def ghost_values(self, t: float) -> tuple[tuple[float, ...], ...]:
         """What the boundary conditions of both sides give to their ``ghost`` at time t."""
-        return tuple(side.values(self.problem.model, t) for side in self.problem.boundary)
+        return tuple(side.values(self.problem.model, t) for side in self.problem.ends)
 
     @property
     def steady_boundary(self) -> bool:
         """Whether `ghost_values` is the same at all times."""
-        return all(side.steady for side in self.problem.boundary)
+        return all(side.steady for side in self.problem.ends)
 
     @abstractmethod
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
@@ -203,9 +226,16 @@ class Kernel(ABC):
 
 def step_length(t: float, dt: float, target: float) -> tuple[float, bool]:
     """Return the length of the next step, and whether it is the last before the target: steps before it are made even."""
-    if dt >= (target - t) * (1.0 - 1e-12):
+    if dt >= (target - t) * SHY:
         return target - t, True
-    return (target - t) / ceil((target - t) / dt) if target - t < EVEN * dt else dt, False
+    return (target - t) / ceil((target - t) / dt * SHY) if target - t < EVEN * dt else dt, False
+
+
+def imposed(end: BoundaryCondition, model: Model, values: Any) -> tuple[Any, ...]:
+    """Return the flux of each mass that a boundary condition sets by itself; () where it leaves that to the Riemann solver."""
+    if end.closed:
+        return (0.0,) * len(model.mass_rows())
+    return end.mass_fluxes(model, values) if end.defines("mass_fluxes") else ()
 
 
 def plans(scheme: Scheme, parts: Parts) -> tuple[Plan, Plan | None]:
@@ -267,15 +297,16 @@ class StepwiseKernel(Kernel):
         dx, scheme, t = self.problem.grid.dx, self.scheme, march.t
         dt, last = step_length(t, march.dt, target)
         rejected, outcome = 0, Outcome.NO_STEP
-        while rejected < MAX_RETRIES and (last or t + dt != t):
+        while rejected < march.retries and (last or t + dt != t):
             report = self.trial(march, dt)
             cfl = report.max_speed * dt / dx
             if not isfinite(cfl) or cfl <= scheme.cfl_max:
                 outcome = Outcome.PAUSED if isfinite(cfl) and report.good else Outcome.BAD_STATE
                 break
             rejected += 1
-            dt = dt * max(scheme.cfl / cfl, SHORTEST)
-            last = False
+            dt, last = dt * max(scheme.cfl / cfl, SHORTEST), False
+            if not self.steady_boundary:
+                dt, last = step_length(t, dt, target)
         if outcome is not Outcome.PAUSED:
             march.refuse(dt, rejected)
             return outcome
@@ -286,6 +317,6 @@ class StepwiseKernel(Kernel):
             if march.stop_when_lost:
                 march.refuse(dt, rejected)
                 return Outcome.LOST_HYPERBOLICITY
-        march.accept(target if last else t + dt, scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf,
-                     cfl, rejected, dt * report.flux)
+        following = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
+        march.accept(target if last else t + dt, march.bounded(following), cfl, rejected, dt * report.flux)
         return Outcome.PAUSED

@@ -14,7 +14,7 @@ for k in range(begin, end):
     c0 = k * TILE
     nt = min(TILE, n - c0)
     closing = 1 if c0 + nt == n else 0
-    bad = bad | tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found)
+    bad = bad | tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
     if k == 0:
         flux[0, :] = ends[0, :]
 flux[1, :] = ends[1, :]
@@ -30,7 +30,7 @@ for j in range(lanes):
 '''
 
 _TILES = '''
-def tiles(begin, end, q, out, aux, edges, n, ratio, before, after, par, buf, smx, ends, flux, found):
+def tiles(begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
 @@
     return speed, bad
 
@@ -38,8 +38,8 @@ def tiles(begin, end, q, out, aux, edges, n, ratio, before, after, par, buf, smx
 '''
 
 _ADVANCE = '''\
-def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_max, share_before, share_after, stop_when_lost,
-            REGISTERSpar, values, buf, smx, ends, flux, masses, real, count, found):
+def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, share_after,
+            stop_when_lost, REGISTERSpar, values, buf, smx, ends, flux, masses, real, count, found):
     t = real[0]
     dt = real[1]
     outcome = PAUSED
@@ -47,10 +47,10 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_
     begin = 0
     end = (n + TILE - 1) // TILE
     while taken < max_steps and t < target:
-        last = dt >= (target - t) * (1.0 - 1e-12)
+        last = dt >= (target - t) * SHY
         h = target - t if last else dt
         if not last and target - t < EVEN * dt:
-            h = (target - t) / ceil((target - t) / dt)
+            h = (target - t) / ceil((target - t) / dt * SHY)
         tries = 0
         accepted = False
         while tries < retries:
@@ -97,7 +97,7 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, cfl_aim, cfl_
         count[0] += 1
         taken += 1
         real[2] = max(real[2], cfl)
-        dt = cfl_aim * dx / speed if speed > 0.0 else inf
+        dt = max(least, min(most, cfl_aim * dx / speed if speed > 0.0 else inf))
         real[0] = t
         real[1] = dt
     if outcome == PAUSED and t >= target:
@@ -127,7 +127,8 @@ for s in range(sweeps.shape[0]):
     state = regs[sweeps[s, 1]]
     rate = regs[sweeps[s, 2]]
     into = sweeps[s, 3]
-    ghosts(state, n, par, values[2 * s:2 * s + 2])
+    given = values[2 * s:2 * s + 2]
+    ghosts(state, n, par, given)
     found[0] = 0
     found[1] = -1
     for k in range(end):
@@ -135,9 +136,9 @@ for s in range(sweeps.shape[0]):
         nt = min(TILE, n - c0)
         closing = 1 if c0 + nt == n else 0
         if sweeps[s, 0] == 1:
-            SOURCES(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, buf, smx, ends, found)
+            SOURCES(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, given, buf, smx, ends, found)
         else:
-            tile(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, buf, smx, ends, found)
+            tile(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, given, buf, smx, ends, found)
             if k == 0:
                 for m in range(flux.shape[1]):
                     flux[0, m] += weights[s, 1] * ends[0, m]

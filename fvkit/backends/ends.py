@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from fvkit.backends.base import imposed
 from fvkit.backends.trace import Expr
 from fvkit.backends.writer import Row, Writer
 
@@ -56,20 +57,28 @@ class Ends(Writer):
             self.lines = []
         return text
 
-    def close_walls(self) -> None:
-        """Let no mass pass a closed end of the grid."""
-        for part, test, face in zip(self.boundary, ("c0 == 0", "closing == 1"), ("0", "nt"), strict=True):
-            rows = [row for row in self.fields.get("carried", ()) if isinstance(row, Row)]
-            if part.closed and rows:
-                self.emit(f"if {test}:")
-                self.emit(f"j = {face}", 2)
-                for row in rows:
-                    self.emit(f"{row.at(0)} = 0.0", 2)
+    def set_mass_fluxes(self) -> None:
+        """Let pass an end of the grid what its boundary condition says."""
+        rows = self.fields.get("carried", ())
+        for side, (part, test, face) in enumerate(zip(self.boundary, ("c0 == 0", "closing == 1"), ("0", "nt"), strict=True)):
+            fluxes = imposed(part, self.parts.model, self.values(side))
+            if not fluxes or not rows:
+                continue
+            self.emit(f"if {test}:")
+            self.emit(f"j = {face}", 2)
+            for row, name in zip(rows, self.assign(list(fluxes), 2, fixed=True), strict=True):
+                if isinstance(row, Row):
+                    self.emit(f"{row.at(0)} = {name}", 2)
+
+    def values(self, side: int) -> tuple[Expr, ...]:
+        """Symbols of what the boundary condition of a side gives to its ghosts."""
+        given = self.problem.ends[side].values(self.problem.model, self.problem.t_start)
+        return tuple(self.graph.node("uniform", f"values[{side}, {k}]") for k in range(len(given)))
 
     def end_fluxes(self) -> None:
         """Leave the mass fluxes of the tile's first and last face in ``ends``."""
         rows = self.problem.model.mass_rows()
-        if not rows or self.problem.boundary[0].reads == "opposite":
+        if not rows or self.problem.ends[0].reads == "opposite":
             return
         for k, face in enumerate(("0", "nt")):
             self.emit(f"j = {face}")
@@ -83,14 +92,12 @@ class Ends(Writer):
         self.emit("def ghosts(q, n, par, values):", 0)
         for side, part in enumerate(self.boundary):
             left = side == 0
-            given = part.values(model, self.problem.t_start)
-            symbols = tuple(self.graph.node("uniform", f"values[{side}, {k}]") for k in range(len(given)))
             for layer in range(halo):
                 cell = {"opposite": f"n + {layer}" if left else f"{halo + layer}",
                         "mirror": f"{2 * halo - 1 - layer}" if left else f"n + {halo - 1 - layer}",
                         "nearest": f"{halo}" if left else f"n + {halo - 1}"}[part.reads]
                 state = tuple(self.graph.node("load", f"q[{k}, {cell}]") for k in range(len(model.conserved)))
-                result = part.ghost(self.parts.model, state, symbols)
+                result = part.ghost(self.parts.model, state, self.values(side))
                 for k, name in enumerate(self.assign(list(result), 1, fixed=True)):
                     self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {name}")
         self.emit("return")

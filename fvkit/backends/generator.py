@@ -62,11 +62,11 @@ class Generator(Ends):
             k += 1 + len(guarded)
         if k:
             self.count_lost()
-        self.close_walls()
+        self.set_mass_fluxes()
         self.update(groups[-1])
         self.lines[start:start] = self.per_cell()
         body, self.lines = self.lines, []
-        arguments = "q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, buf, smx, ends, found"
+        arguments = "q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found"
         self.emit(f"def {self.prefix}tile({arguments}):", 0)
         uniform = [node for node in self.graph.nodes
                    if node.uniform and node.operation != "uniform" and not is_condition(node)]

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends import cache, emit
-from fvkit.backends.base import EVEN, MAX_RETRIES, SHORTEST, Kernel, March, Outcome, step_length
+from fvkit.backends.base import EVEN, SHORTEST, SHY, Kernel, March, Outcome, step_length
 from fvkit.backends.driver import DRIVER, STAGED_DRIVER
 from fvkit.backends.emit import Block
 from fvkit.backends.generator import Source, generate
@@ -48,12 +48,12 @@ class NumbaKernel(Kernel):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
-        source = generate(problem, scheme, parts, self.plan, self.source_plan, [bool(row.any()) for row in self.aux])
+        source = generate(problem, scheme, parts, self.plan, self.source_plan, [bool(row.any() or edge.any()) for row, edge in zip(self.aux, self.aux_edges, strict=True)])
         started = time.perf_counter()
         self.module = _module(self.text(source), source.blocks)
         self.compile_seconds = time.perf_counter() - started
         reconstruction = () if parts.reconstruction is None else (parts.reconstruction,)
-        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *reconstruction, *problem.boundary)
+        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *reconstruction, *problem.ends)
         self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
         self._rows = source.rows
         self._scratch = self.scratch()
@@ -74,26 +74,36 @@ class NumbaKernel(Kernel):
 
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
         if self.steady_boundary:
-            return self._advance(march, target, max_steps, self._steady)
+            return self._advance(march, target, max_steps, march.retries, self._steady)
         for _ in range(max_steps):
-            outcome = self._advance(march, target, 1, self.boundary_values(*self.times(march, target)))
+            outcome = self._step(march, target)
             if outcome is not Outcome.PAUSED:
                 return outcome
         return Outcome.PAUSED
 
-    def times(self, march: March, target: float) -> list[float]:
-        """When the boundaries are asked in the next step."""
-        return [march.t]
+    def _step(self, march: March, target: float) -> Outcome:
+        """One accepted step; the boundaries are asked again for each length that is tried."""
+        outcome = Outcome.NO_STEP
+        for _ in range(march.retries):
+            dt, _ = step_length(march.t, march.dt, target)
+            outcome = self._advance(march, target, 1, 1, self.boundary_values(*self.times(march.t, dt)))
+            if outcome is not Outcome.NO_STEP:
+                break
+        return outcome
+
+    def times(self, t: float, dt: float) -> list[float]:
+        """When the boundaries are asked in a step of length dt from t."""
+        return [t + 0.5 * dt]
 
     def registers(self) -> tuple[Any, ...]:
         """What `advance` takes beyond the arguments of every kernel."""
         return ()
 
-    def _advance(self, march: March, target: float, max_steps: int, values: np.ndarray) -> Outcome:
+    def _advance(self, march: March, target: float, max_steps: int, retries: int, values: np.ndarray) -> Outcome:
         scheme, splitting = self.scheme, self.scheme.splitting
         outcome = self.module.advance(
-            march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps, MAX_RETRIES,
-            scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, *self.registers(),
+            march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps, retries,
+            *march.bounds, scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, *self.registers(),
             self.parameters, values, *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
         return Outcome(outcome)
 
@@ -114,9 +124,8 @@ class StagedNumbaKernel(NumbaKernel):
         self._registers = (np.zeros((self._program.registers, *self.padded(problem.q0).shape)), *_tables(self._program))
         self._steady = self.boundary_values(*[problem.t_start] * len(self._program.sweeps))
 
-    def times(self, march: March, target: float) -> list[float]:
-        dt, _ = step_length(march.t, march.dt, target)
-        return [march.t + sweep.time * dt for sweep in self._program.sweeps]
+    def times(self, t: float, dt: float) -> list[float]:
+        return [t + sweep.time * dt for sweep in self._program.sweeps]
 
     def registers(self) -> tuple[Any, ...]:
         return (*self._registers, self._program.last)
@@ -151,7 +160,7 @@ def _aligned(size: int) -> np.ndarray:
 
 
 def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str) -> str:
-    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, **own_constants,
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
                  **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
@@ -195,7 +204,7 @@ def _compile(module: Any, numba: Any) -> None:
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
     registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if "add_up" in module.__dict__ else ()
-    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, numba.boolean, *registers, row,
+    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, real, real, numba.boolean, *registers, row,
                  rows, row, row, rows, rows, rows, row, counts, counts)
     try:
         module.advance.compile(signature)

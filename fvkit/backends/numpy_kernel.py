@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.base import March, StepwiseKernel, Trial
+from fvkit.backends.base import March, StepwiseKernel, Trial, imposed
 from fvkit.backends.program import TRANSPORT, Term, program
 from fvkit.backends.runner import Field, Runner, cut
 from fvkit.problem import Problem
@@ -32,7 +32,7 @@ class NumpyKernel(StepwiseKernel):
     def trial(self, march: March, dt: float) -> Trial:
         splitting, sources = self.scheme.splitting, self.problem.sources
         q, new = march.now, march.next
-        self.fill_ghosts(q, march.t)
+        self.fill_ghosts(q, march.t + 0.5 * dt)
         start = q
         if sources and splitting.before > 0.0:
             for source in sources:
@@ -119,21 +119,20 @@ class NumpyKernel(StepwiseKernel):
 
     def _run(self, q: np.ndarray, start: int, n: int, ratio: float) -> dict[str, Field]:
         """Run all stages over n cells from ``start``; return the fields."""
-        return self._runner.run(self._given(q, start, n), n, ratio, lambda fields: self._close_walls(fields, start, n))
+        return self._runner.run(self._given(q, start, n), n, ratio, lambda fields: self._set_mass_fluxes(fields, start, n))
 
     def _given(self, q: np.ndarray, start: int, n: int) -> dict[str, Field]:
         """Fields of n cells from ``start`` and their halo."""
         here = slice(start, start + n + 2 * self.halo)
         return {"q": tuple(q[:, here]), "aux": tuple(self._aux[:, here])}
 
-    def _close_walls(self, fields: dict[str, Field], start: int, n: int) -> None:
-        """Let no mass pass a closed end of the grid."""
-        left, right = self.problem.boundary
-        for row in fields.get("carried", ()):
-            if left.closed and start == 0:
-                row[-self._runner.lows["carried"]] = 0.0
-            if right.closed and start + n == self.cells:
-                row[n - self._runner.lows["carried"]] = 0.0
+    def _set_mass_fluxes(self, fields: dict[str, Field], start: int, n: int) -> None:
+        """Let pass an end of the grid what its boundary condition says."""
+        here = start == 0, start + n == self.cells
+        for end, values, met, face in zip(self.problem.ends, self._given_values, here, (0, n), strict=True):
+            if met and "carried" in fields:
+                for row, flux in zip(fields["carried"], imposed(end, self.problem.model, values), strict=False):
+                    row[face - self._runner.lows["carried"]] = flux
 
 
 class StagedNumpyKernel(NumpyKernel):

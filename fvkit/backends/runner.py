@@ -18,11 +18,11 @@ class Runner:
         self.lows = {"q": -plan.halo, "aux": -plan.halo}
         self._reads = {n: self._reading(n) for n in lengths}
 
-    def run(self, fields: dict[str, Field], n: int, ratio: float, close_walls: Any = None) -> dict[str, Field]:
-        """Add to the fields q and aux of n cells what all stages write; ``close_walls`` changes fields before the last ones."""
+    def run(self, fields: dict[str, Field], n: int, ratio: float, set_ends: Any = None) -> dict[str, Field]:
+        """Add to the fields q and aux of n cells what all stages write; ``set_ends`` changes fields before the last ones."""
         for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
-            if stage.writes == ("to_left",) and close_walls is not None:
-                close_walls(fields)
+            if stage.writes == ("to_left",) and set_ends is not None:
+                set_ends(fields)
             inputs = [cut(fields[field], part) for field, part in reads]
             asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, *inputs)
             if not np.any(asks):

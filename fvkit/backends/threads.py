@@ -42,9 +42,10 @@ class ThreadedKernel(StepwiseKernel):
 
     def trial(self, march: March, dt: float) -> Trial:
         kernel, splitting = self._kernel, self.scheme.splitting
-        kernel.module.ghosts(march.now, self.cells, kernel.parameters, kernel.boundary_values(march.t))
+        values = kernel.boundary_values(*kernel.times(march.t, dt))
+        kernel.module.ghosts(march.now, self.cells, kernel.parameters, values)
         common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
-                  splitting.after * dt, kernel.parameters)
+                  splitting.after * dt, kernel.parameters, values)
         work = [self._pool.submit(partial(kernel.module.tiles, begin, end, *common, *scratch))
                 for begin, end, scratch in self._shares]
         reports = [item.result() for item in work]

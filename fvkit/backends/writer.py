@@ -45,7 +45,7 @@ class Writer:
                            tuple(self._symbolic(limiter) for limiter in parts.limiters),
                            tuple(self._symbolic(source) for source in parts.sources),
                            reconstruction=parts.reconstruction and self._symbolic(parts.reconstruction))
-        self.boundary = tuple(self._symbolic(side) for side in problem.boundary)
+        self.boundary = tuple(self._symbolic(side) for side in problem.ends)
         self.parts = self.parts._replace(dx=self._parameter())
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
         self.fields: dict[str, Any] = {}

@@ -1,0 +1,32 @@
+"""`StepLength`: what a user says of the length of the steps, beside the Courant number."""
+
+import attrs
+import numpy as np
+
+from fvkit._validate import optional_number
+
+
+@attrs.frozen
+class StepLength:
+    """Bounds of the length of a step, s; each positive, or None for none.
+
+    Parameters
+    ----------
+    dt_max : no step is longer. It also keeps a run that starts at rest from stepping over what happens later.
+    dt_initial : the first step is no longer.
+    dt : every step is this long, but for those that are shortened to end at an output time; a step that the Courant
+        number does not allow ends the run (`Status.DT_TOO_LARGE`). Alone.
+    """
+
+    dt_max: float | None = optional_number(above=0.0)
+    dt_initial: float | None = optional_number(above=0.0)
+    dt: float | None = optional_number(above=0.0)
+
+    def __attrs_post_init__(self) -> None:
+        if self.dt is not None and (self.dt_max, self.dt_initial) != (None, None):
+            raise ValueError("`dt` fixes every step: give it without `dt_max` and `dt_initial`")
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The smallest and the largest length of a step; equal where it is fixed."""
+        return self.dt or 0.0, self.dt or self.dt_max or np.inf

@@ -1,0 +1,102 @@
+"""`Hydrograph`: a discharge that enters, as a table says, to the last drop."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import BoundaryCondition, Grid, Model, _validate, maximum
+from fvkit.pointwise import combine
+
+
+def _table(value: Any, field: Any) -> tuple[float, ...]:
+    return tuple(_validate.array(np.atleast_1d(value), field.name).ravel().tolist())
+
+
+def _column(**settings: Any) -> Any:
+    return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)  # type: ignore[misc, call-overload]
+
+
+def of_flow(model: Model, asking: BoundaryCondition) -> Any:
+    """Return a model that knows what a depth is, or raise ValueError for the boundary condition that asks."""
+    if model.phases and all(hasattr(model, name) for name in ("conserved_from", "depth", "g", "dry")):
+        return model
+    raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, got {type(model).__name__}")
+
+
+@attrs.frozen
+class Hydrograph(BoundaryCondition):
+    """A discharge that flows in, with its solid fraction, both given in time; linear between the entries.
+
+    What enters each mass is exactly phi(t) Q(t), (1 - phi(t)) Q(t): the flux through the end is set, not asked of the Riemann
+    solver. The depth of the ghost cells, which decides the momentum, is that of the first cell, but at least the critical depth
+    (Q^2/g)^(1/3), or ``depth`` where given. Solid and fluid enter with one velocity. Steps end at the entries, so that no
+    rise is stepped over.
+
+    Parameters
+    ----------
+    times : times of the entries, s, ascending; before the first and after the last the values stay.
+    discharge : discharge per width, m^2/s, >= 0 flows in at either end: one for each time, or one for all.
+    phi : solid fraction of what flows in, in [0, 1]: one for each time, or one for all.
+    depth : depth of what flows in, m, for an inflow faster than its waves; None for the rule above.
+
+    Notes
+    -----
+    Onto dry ground, give the model ``dry``, m: its default is a share of the largest initial depth, which is then 0.
+    Fails to hold discharge and depth both where the flow at the end is faster than its waves, unless ``depth`` is given.
+    """
+
+    times: tuple[float, ...] = _column()
+    discharge: tuple[float, ...] = _column()
+    phi: tuple[float, ...] = _column()
+    depth: float | None = _validate.optional_number(above=0.0)
+    inward: float = attrs.field(default=1.0, init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        if (np.diff(self.times) <= 0.0).any():
+            raise ValueError(f"`times` of a Hydrograph must ascend, got {list(self.times)}")
+        for name, values in (("discharge", self.discharge), ("phi", self.phi)):
+            if len(values) not in (1, len(self.times)):
+                raise ValueError(f"`{name}` of a Hydrograph must have one entry for each of the {len(self.times)} times, or "
+                                 f"one for all, got {len(values)}")
+        if min(self.discharge) < 0.0:
+            raise ValueError(f"`discharge` of a Hydrograph must be >= 0, which flows in, got {min(self.discharge):g}: "
+                             "what flows out is for fv.Outflow or gr.Stage")
+        if not 0.0 <= min(self.phi) <= max(self.phi) <= 1.0:
+            raise ValueError(f"`phi` of a Hydrograph must be in [0, 1], got {list(self.phi)}")
+
+    @property
+    def steady(self) -> bool:
+        return len(self.times) == 1 or len(self.discharge) == len(self.phi) == 1
+
+    def breaks(self) -> tuple[float, ...]:
+        return () if self.steady else self.times
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
+        result = attrs.evolve(self)
+        object.__setattr__(result, "inward", 1.0 if left else -1.0)
+        return result
+
+    def at(self, t: float) -> tuple[float, float]:
+        """Return discharge per width, m^2/s, and solid fraction at time t, s."""
+        discharge, phi = (values[0] if len(values) == 1 else float(np.interp(t, self.times, values))
+                          for values in (self.discharge, self.phi))
+        return discharge, phi
+
+    def values(self, model: Model, t: float) -> tuple[float, ...]:
+        discharge, phi = self.at(t)
+        per_depth = of_flow(model, self).conserved_from(1.0, phi, 1.0, 1.0).tolist()
+        momenta = {momentum for _, momentum in model.phases}
+        masses = [0.0 if row in momenta else value for row, value in enumerate(per_depth)]
+        moving = [discharge * self.inward * value if row in momenta else 0.0 for row, value in enumerate(per_depth)]
+        least = (discharge**2 / of_flow(model, self).g) ** (1.0 / 3.0) if self.depth is None else self.depth
+        fluxes = [discharge * self.inward * per_depth[row] for row in model.mass_rows()]
+        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes)
+
+    def ghost(self, model, q, values):
+        h, rows = maximum(values[0], values[1] * model.depth(q)), len(q)
+        return combine(h, values[2:2 + rows], 1.0, values[2 + rows:2 + 2 * rows])
+
+    def mass_fluxes(self, model, values):
+        return values[len(values) - len(model.mass_rows()):]
