@@ -59,7 +59,8 @@ class Checkpoint:
 class Saver:
     """Writes the checkpoints of one run."""
 
-    def __init__(self, checkpoint: Checkpoint, stepper: "Stepper", frames: Frames, targets: list[float], stop: Stop | None) -> None:
+    def __init__(self, checkpoint: Checkpoint, stepper: "Stepper", frames: Frames, targets: list[float],
+                 stop: Stop | None) -> None:
         self.checkpoint, self._stop = checkpoint, stop
         self._stepper, self._frames, self._targets = stepper, frames, targets
         self._wall, self._t = clock.perf_counter(), stepper.t

@@ -96,7 +96,7 @@ class Problem:
                            None if self.background is None else self._average(self.background, "background"))
         object.__setattr__(self, "model", _validate.instance(self.model.resolved(self.q0), "model.resolved()", Model))
         object.__setattr__(self, "ends", tuple(
-            _validate.instance(side.placed(left, self.model, self.grid, self.aux_averages), "boundary.placed()", BoundaryCondition)
+            _validate.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
             for side, left in zip(self.boundary, (True, False), strict=True)))
         self._check_contract()
 

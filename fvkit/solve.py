@@ -53,7 +53,8 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     Returns
     -------
     Solution
-        Start, then ``times``, up to the state where ``stop`` ended the run, if it did; with ``stream`` start and end alone, and `load` reads all from the file.
+        Start, then ``times``, up to the state where ``stop`` ended the run, if it did; with ``stream`` start and end alone,
+        and `load` reads all from the file.
 
     Raises
     ------

@@ -28,7 +28,8 @@ __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference",
     "Hydrograph", "Manning",
     "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Reduced", "Reference", "Relaxation", "Scene", "SceneRun",
-    "SelfConverged", "ShallowWater", "Stage", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
+    "SelfConverged", "ShallowWater", "Stage", "TwoLayer", "TwoPhase",
+    "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
     "pictures", "scene", "scene_names", "scenes", "steady",
 ]
 

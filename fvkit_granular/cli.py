@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Checkpoint, Solution, Status, _validate, resume, solve
+from fvkit import Checkpoint, Solution, Status, StopAtRest, _validate, resume, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.configuration import build
@@ -44,6 +44,11 @@ def register(commands: Any) -> None:
     run.add_argument("--checkpoint", type=Path, metavar="FILE", help="file (.npz) to continue from, should the run be stopped")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
     run.add_argument("--resume", type=Path, metavar="FILE", help="continue the run of a checkpoint, instead of a SCENE")
+    run.add_argument("--dt", type=float, metavar="S", help="length of every step, s (default: what the Courant number allows)")
+    run.add_argument("--dt-max", type=float, metavar="S", help="longest step, s")
+    run.add_argument("--dt-initial", type=float, metavar="S", help="longest first step, s")
+    run.add_argument("--stop-at-rest", type=float, metavar="SPEED",
+                     help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
     run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
                      help=f"more pictures of the end, KIND.png: any of {', '.join(KINDS)}, slip")
     run.add_argument("--animate", metavar="NAME", help="a film of 60 outputs in the folder: NAME.gif, or NAME.mp4 with ffmpeg")
@@ -98,6 +103,9 @@ def _run(options: argparse.Namespace) -> int:
     for kind in options.plot:
         _validate.choice(kind, "--plot", (*KINDS, "slip"))
     if options.resume is not None:
+        for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
         solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
         return _show(options.resume.stem, solution, None, options)
     chosen = scene(options.scene)
@@ -107,9 +115,10 @@ def _run(options: argparse.Namespace) -> int:
     times = None if film is None else np.linspace(problem.t_start, problem.t_end, FRAMES + 1)[1:]
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
+    stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
     solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False,
-                     checkpoint=checkpoint)
-    code = _show(options.scene, solution, chosen.known_reference() if solution.success else None, options)
+                     checkpoint=checkpoint, stop=stop, dt=options.dt, dt_max=options.dt_max, dt_initial=options.dt_initial)
+    code = _show(options.scene, solution, chosen.known_reference() if solution.status is Status.FINISHED else None, options)
     if checkpoint is not None:
         print(f"  checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}")
     return code

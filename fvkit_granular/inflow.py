@@ -15,14 +15,15 @@ def _table(value: Any, field: Any) -> tuple[float, ...]:
 
 
 def _column(**settings: Any) -> Any:
-    return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)  # type: ignore[misc, call-overload]
+    return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)
 
 
 def of_flow(model: Model, asking: BoundaryCondition) -> Any:
     """Return a model that knows what a depth is, or raise ValueError for the boundary condition that asks."""
     if model.phases and all(hasattr(model, name) for name in ("conserved_from", "depth", "g", "dry")):
         return model
-    raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, got {type(model).__name__}")
+    raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, "
+                     f"got {type(model).__name__}")
 
 
 @attrs.frozen

@@ -47,7 +47,7 @@ class Stage(BoundaryCondition):
             flow, mass = flow + q[momentum], mass + q[masses[-1]]
         speed = where(wet, flow / where(wet, mass, 1.0), 0.0)
         leaves = wet & (self.inward * flow <= 0.0)
-        scale, rows, result = values[0] / where(wet, h, 1.0), len(q), ()
+        scale, rows, result = values[0] / where(wet, h, 1.0), len(q), q[:0]
         for k in range(rows):
             result = result + (where(leaves, scale * q[k], values[1 + k] + speed * values[1 + rows + k]),)
         return result

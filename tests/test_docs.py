@@ -26,11 +26,22 @@ def test_commands_parse(page):
             assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"]) else words)
 
 
+def snippets(page):
+    return re.findall(r"^```python\n(.*?)^```", (TOP / "docs" / page).read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+def test_the_snippets_about_channels_run(capsys):
+    exec("\n".join(snippets("channels.md")), {"__name__": "snippets"})
+    highest, deposit = capsys.readouterr().out.splitlines()
+    assert "highest" in highest
+    assert deposit.startswith("STOPPED at ")
+
+
 def test_the_snippets_about_results_run(tmp_path, monkeypatch):
     for name in ("xarray", "h5netcdf", "h5py"):
         pytest.importorskip(name)
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"^```python\n(.*?)^```", (TOP / "docs" / "results.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    blocks = snippets("results.md")
     assert len(blocks) == 8
     exec("\n".join(blocks), {"__name__": "snippets"})
     assert {path.name for path in tmp_path.iterdir()} == {"run.npz", "run.nc", "frames.nc", "long.npz"}

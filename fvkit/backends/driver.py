@@ -136,9 +136,11 @@ for s in range(sweeps.shape[0]):
         nt = min(TILE, n - c0)
         closing = 1 if c0 + nt == n else 0
         if sweeps[s, 0] == 1:
-            SOURCES(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, given, buf, smx, ends, found)
+            SOURCES(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, given, buf, smx, ends,
+                    found)
         else:
-            tile(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, given, buf, smx, ends, found)
+            tile(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, given, buf, smx, ends,
+                 found)
             if k == 0:
                 for m in range(flux.shape[1]):
                     flux[0, m] += weights[s, 1] * ends[0, m]

@@ -48,7 +48,8 @@ class NumbaKernel(Kernel):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
-        source = generate(problem, scheme, parts, self.plan, self.source_plan, [bool(row.any() or edge.any()) for row, edge in zip(self.aux, self.aux_edges, strict=True)])
+        varies = [bool(row.any() or edges.any()) for row, edges in zip(self.aux, self.aux_edges, strict=True)]
+        source = generate(problem, scheme, parts, self.plan, self.source_plan, varies)
         started = time.perf_counter()
         self.module = _module(self.text(source), source.blocks)
         self.compile_seconds = time.perf_counter() - started
@@ -204,8 +205,8 @@ def _compile(module: Any, numba: Any) -> None:
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
     registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if "add_up" in module.__dict__ else ()
-    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, real, real, real, real, real, real, numba.boolean, *registers, row,
-                 rows, row, row, rows, rows, rows, row, counts, counts)
+    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
+                 row, rows, row, row, rows, rows, rows, row, counts, counts)
     try:
         module.advance.compile(signature)
     except OSError as error:

@@ -1,0 +1,157 @@
+"""Hydrograph, Stage and UniformSlope: what enters is what the table says, levels are kept, uniform flow leaves unhindered."""
+
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+
+MODELS = [gr.TwoPhase, gr.ShallowWater, gr.Reduced, gr.PitmanLe, gr.TwoLayer]
+BACKENDS = ["numpy", "numba"]
+FLOOD = gr.Hydrograph(times=[0.0, 4.0, 10.0], discharge=[0.0, 1.5, 0.5], phi=[0.2, 0.5, 0.5])
+
+
+def channel(boundary, t_end=8.0, slope=0.01, **flow):
+    state = {"h": 0.4, "phi": 0.3} | flow
+    return gr.Scene((0.0, 50.0), t_end, lambda x: {name: value + 0.0 * x for name, value in state.items()},
+                    bottom=lambda x: -slope * x, boundary=boundary, sources=gr.Manning(0.03))
+
+
+def schemes(model):
+    riemann = fv.HLL() if model is gr.PitmanLe else model().default_riemann()
+    return {"wave": fv.WavePropagation(riemann), "lines": fv.MethodOfLines(riemann)}
+
+
+@pytest.fixture(params=BACKENDS)
+def backend(request):
+    if request.param == "numba":
+        pytest.importorskip("numba")
+    return request.param
+
+
+@pytest.mark.parametrize("method", ["wave", "lines"])
+@pytest.mark.parametrize("model", MODELS, ids=lambda kind: kind.__name__)
+def test_the_volume_of_a_flood_enters_to_the_last_drop(model, method, backend):
+    problem = channel((FLOOD, fv.Wall())).problem(model, 40)
+    solution = fv.solve(problem, schemes(model)[method], backend=backend, nonhyperbolic="ignore")
+    h = problem.model.depth(solution.q[-1])
+    entered = (h - problem.model.depth(problem.q0)).sum() * problem.grid.dx
+    assert entered == pytest.approx(0.5 * 1.5 * 4.0 + 4.0 * 0.5 * (1.5 + (1.5 - 4.0 / 6.0)), rel=1e-12)
+    assert max(map(abs, solution.stats.mass_drift.values())) < 1e-13
+
+
+def test_the_solid_of_a_flood_is_the_integral_of_its_share(backend):
+    problem = channel((FLOOD, fv.Wall())).problem(gr.TwoPhase, 40)
+    scheme = fv.MethodOfLines(gr.Relaxation(), integrator=fv.SSPRK104())
+    solution = fv.solve(problem, scheme, backend=backend)
+    t = np.linspace(0.0, 8.0, 80_001)
+    discharge, phi = np.array([FLOOD.at(time) for time in t]).T
+    expected = np.trapezoid(discharge * phi, t)
+    entered = (solution.q[-1][0] - problem.q0[0]).sum() * problem.grid.dx
+    assert entered == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_flood_runs_out_onto_dry_ground(backend):
+    scene = channel((FLOOD, gr.UniformSlope()), h=0.0)
+    problem = scene.problem(gr.TwoPhase(dry=1e-6), 60)
+    solution = fv.solve(problem, backend=backend)
+    entered = (solution.q[-1][0] + solution.q[-1][2]).sum() * problem.grid.dx
+    assert entered == pytest.approx(3.0 + 4.0 * 0.5 * (1.5 + (1.5 - 4.0 / 6.0)), rel=1e-12)
+    assert solution.observables()["h"][-1] == 0.0
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_both_ends_take_a_flood_alike(side, backend):
+    ends = [fv.Wall(), fv.Wall()]
+    ends[side] = FLOOD
+    solution = fv.solve(channel(tuple(ends), slope=0.0).problem(gr.TwoPhase, 30), backend=backend)
+    other = fv.solve(channel(tuple(ends[::-1]), slope=0.0).problem(gr.TwoPhase, 30), backend=backend)
+    mirrored = other.q[-1][:, ::-1] * np.array([1.0, -1.0, 1.0, -1.0])[:, None]
+    np.testing.assert_allclose(solution.q[-1], mirrored, atol=1e-12)
+
+
+def test_backends_agree_on_a_flood_with_rejected_steps():
+    pytest.importorskip("numba")
+    problem = channel((FLOOD, gr.UniformSlope()), h=1e-3).problem(gr.TwoPhase, 40)
+    ends = [fv.solve(problem, backend=name) for name in BACKENDS]
+    assert ends[0].stats.rejected > 0
+    assert ends[0].stats.steps == ends[1].stats.steps
+    np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], atol=1e-11)
+
+
+def test_no_inflow_keeps_water_at_rest_over_a_slope(backend):
+    scene = gr.Scene((0.0, 10.0), 2.0, lambda x: {"h": 1.0 - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
+                     boundary=(gr.Hydrograph(0.0, 0.0, 0.4), fv.Outflow()))
+    problem = scene.problem(gr.TwoPhase, 30)
+    np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, atol=1e-13)
+
+
+def test_a_given_depth_lets_a_flow_in_that_is_faster_than_its_waves(backend):
+    state = {"h": 0.5, "phi": 0.3, "vs": 6.0, "vf": 6.0}
+    scene = gr.Scene((0.0, 10.0), 3.0, lambda x: {name: value + 0.0 * x for name, value in state.items()},
+                     boundary=(gr.Hydrograph(0.0, 3.0, 0.3, depth=0.5), fv.Outflow()))
+    problem = scene.problem(gr.TwoPhase, 20)
+    np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, atol=1e-12)
+
+
+@pytest.mark.parametrize("model", [gr.TwoPhase, gr.ShallowWater, gr.Reduced], ids=lambda kind: kind.__name__)
+def test_a_stage_keeps_a_lake_of_its_level_and_lets_a_higher_one_off(model, backend):
+    def lake(level):
+        return gr.Scene((0.0, 10.0), 150.0, lambda x: {"h": level - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
+                        boundary=(fv.Wall(), gr.Stage(1.0, phi=0.4)), sources=gr.Manning(0.2)).problem(model, 30)
+
+    at_rest = lake(1.0)
+    np.testing.assert_allclose(fv.solve(at_rest, backend=backend).q[-1], at_rest.q0, atol=1e-12)
+    surface = fv.solve(lake(1.3), backend=backend).observables()["surface"]
+    assert surface == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_stage_fills_a_dry_basin_with_what_it_holds(backend):
+    scene = gr.Scene((0.0, 10.0), 60.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, boundary=(gr.Stage(0.5, phi=0.2), fv.Wall()),
+                     sources=gr.Manning(0.2))
+    solution = fv.solve(scene.problem(gr.TwoPhase(dry=1e-6), 30), backend=backend)
+    seen = solution.observables()
+    np.testing.assert_allclose(seen["h"], 0.5, atol=0.02)
+    np.testing.assert_allclose(seen["phi"], 0.2, atol=0.02)
+
+
+@pytest.mark.parametrize("slope", [None, 0.02], ids=["of the bottom", "given"])
+def test_uniform_flow_leaves_unhindered_on_a_slope(slope, backend):
+    # Manning: slope = n^2 v^2 / h^(4/3)
+    h, n, fall = 0.5, 0.03, 0.02
+    v = np.sqrt(fall) * h ** (2.0 / 3.0) / n
+    scene = gr.Scene((0.0, 40.0), 20.0, lambda x: {"h": h + 0.0 * x, "phi": 0.0, "vf": v}, bottom=lambda x: -fall * x,
+                     sources=gr.Manning(n), boundary=(gr.UniformSlope(-fall), gr.UniformSlope(slope)))
+    problem = scene.problem(gr.ShallowWater, 40)
+    change = fv.solve(problem, backend=backend).q[-1] / problem.q0 - 1.0
+    assert np.abs(change).max() < 5e-3  # splitting, alike in every cell
+    assert np.ptp(change, axis=1).max() < 1e-12
+    held_back = fv.solve(gr.Scene(scene.interval, scene.t_end, scene.initial, scene.bottom, sources=scene.sources)
+                         .problem(gr.ShallowWater, 40), backend=backend)
+    assert np.ptp(held_back.q[-1] / problem.q0, axis=1).max() > 0.01
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    (([0.0, 0.0], [1.0, 1.0], 0.3), "must ascend"), (([0.0, 1.0], [1.0, 2.0, 3.0], 0.3), "one entry for each of the 2 times"),
+    (([0.0, 1.0], [1.0, -2.0], 0.3), "fv.Outflow or gr.Stage"), (([0.0, 1.0], [1.0, 2.0], 1.3), r"`phi` .* in \[0, 1\]"),
+    (([0.0, np.nan], [1.0, 2.0], 0.3), "finite"), (("soon", 1.0, 0.3), "numbers"),
+])
+def test_a_table_that_cannot_be_is_refused(arguments, words):
+    with pytest.raises((ValueError, TypeError), match=words):
+        gr.Hydrograph(*arguments)
+
+
+@pytest.mark.parametrize("end", [FLOOD, gr.Stage(1.0), gr.UniformSlope(0.1)], ids=lambda end: type(end).__name__)
+def test_a_model_without_depth_is_refused(end):
+    with pytest.raises(ValueError, match=f"{type(end).__name__} needs a model .*gr.TwoPhase, got Advection"):
+        fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 10), np.ones((1, 10)), 1.0, boundary=end)
+
+
+def test_a_run_with_these_ends_resumes_bit_for_bit(tmp_path, backend):
+    problem = channel((FLOOD, gr.UniformSlope())).problem(gr.TwoPhase, 30)
+    whole = fv.solve(problem, backend=backend)
+    part = fv.solve(problem, backend=backend, checkpoint=fv.Checkpoint(tmp_path / "run.npz"), max_steps=20, throw=False)
+    assert not part.success
+    again = fv.resume(tmp_path / "run.npz")
+    assert again.stats.steps == whole.stats.steps
+    np.testing.assert_array_equal(again.q[-1], whole.q[-1])
