@@ -67,7 +67,7 @@ class Stats:
         return 1e9 * self.seconds / self.cell_updates if self.cell_updates else 0.0
 
 
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class Solution:
     """States at the output times, with all that is needed to read them.
 
@@ -85,14 +85,14 @@ class Solution:
     """
 
     t: np.ndarray
-    q: np.ndarray = attrs.field(repr=False)
-    aux: dict[str, np.ndarray] = attrs.field(repr=False)
+    q: np.ndarray
+    aux: dict[str, np.ndarray]
     grid: Grid
     model: Model
     status: Status
     stats: Stats
     message: str = ""
-    configuration: dict[str, Any] = attrs.field(factory=dict, repr=False)
+    configuration: dict[str, Any] = attrs.field(factory=dict)
 
     @property
     def success(self) -> bool:
@@ -162,6 +162,12 @@ class Solution:
         from fvkit.pictures import animate
 
         return animate(self, path, kind, fps, ax)
+
+    def __repr__(self) -> str:
+        grid, stats = self.grid, self.stats
+        return (f"<Solution of {self.model}, {grid.num_cells} cells on [{grid.lower:g}, {grid.upper:g}] m, "
+                f"{len(self.t)} outputs, t = {self.t[0]:g} .. {self.t[-1]:g} s: {self.status.name}, {stats.steps} steps ({stats.rejected} rejected), "
+                f"{stats.backend}, {stats.seconds:.3g} s>")
 
     def _repr_html_(self) -> str:
         """What a notebook shows: how the run ended, and its statistics."""

@@ -59,6 +59,10 @@ class Stepper:
         self._breaks = sorted({t for end in problem.ends for t in end.breaks()})
         self._seconds = 0.0
 
+    def __repr__(self) -> str:
+        return (f"<Stepper of {self.problem.model} with {self.scheme}, {self._kernel.name}: t = {self.t:g} of "
+                f"{self.problem.t_end:g} s, {self.steps} steps>")
+
     @property
     def t(self) -> float:
         """Current time, s."""

@@ -75,10 +75,10 @@ class Report:
     """
 
     scene: str
-    reference: dict[str, str]
+    reference: dict[str, str] = attrs.field(repr=lambda given: given["kind"])
     rows: list[Row] = attrs.field(repr=lambda rows: f"<{len(rows)} runs>")
-    machine: dict[str, Any]
-    versions: dict[str, str]
+    machine: dict[str, Any] = attrs.field(repr=False)
+    versions: dict[str, str] = attrs.field(repr=False)
     full_model: str
     profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
     bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray
 
 
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class SweepResult:
     """Parameters, outputs and fate of every member of a sweep.
 
@@ -34,11 +34,15 @@ class SweepResult:
     """
 
     samples: Samples
-    outputs: dict[str, np.ndarray] = attrs.field(repr=False)
-    status: np.ndarray = attrs.field(repr=False)
-    message: np.ndarray = attrs.field(repr=False)
-    seconds: np.ndarray = attrs.field(repr=False)
+    outputs: dict[str, np.ndarray]
+    status: np.ndarray
+    message: np.ndarray
+    seconds: np.ndarray
     elapsed: float
+
+    def __repr__(self) -> str:
+        return (f"<SweepResult: {int(self.finished.sum())} of {len(self.samples)} members finished, {self.elapsed:.3g} s; "
+                f"parameters {', '.join(self.samples.values)}; outputs {', '.join(self.outputs)}>")
 
     @classmethod
     def of(cls, samples: Samples, outcomes: Sequence[Outcome], elapsed: float) -> "SweepResult":

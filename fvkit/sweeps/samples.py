@@ -10,7 +10,7 @@ import numpy as np
 from fvkit import _validate
 
 
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class Samples:
     """The parameters of every member of a sweep; made by `latin_hypercube`, `grid` or `given`.
 
@@ -22,6 +22,11 @@ class Samples:
 
     values: Mapping[str, np.ndarray]
     axes: Mapping[str, np.ndarray] = attrs.field(factory=dict)
+
+    def __repr__(self) -> str:
+        ranges = (f"{name} {np.min(values)} .. {np.max(values)}" if np.issubdtype(values.dtype, np.number) else
+                  f"{name} {', '.join(dict.fromkeys(map(str, values)))}" for name, values in self.values.items())
+        return f"<Samples: {len(self)} members{' of a grid' if self.axes else ''}; {'; '.join(ranges)}>"
 
     @classmethod
     def latin_hypercube(cls, ranges: Mapping[str, Any], members: int, seed: int = 0) -> "Samples":

@@ -62,7 +62,7 @@ class TwoPhaseWave:
         return abs(self.strength) < TINY * max(self.left.h, self.right.h)
 
 
-@frozen
+@frozen(repr=False)
 class TwoPhaseRiemann:
     """Self-similar solution made of four waves.
 
@@ -83,6 +83,12 @@ class TwoPhaseRiemann:
     gamma: float
     mismatch: float
     _pieces: tuple[Piece, ...] = field(repr=False)
+
+    def __repr__(self) -> str:
+        waves = " ".join(f"{wave.family}-{'absent' if wave.absent else wave.kind}" for wave in self.waves)
+        ends = " | ".join(f"h {state.h:g} phi {state.phi:g} vs {state.vs:g} vf {state.vf:g}"
+                          for state in (self.states[0], self.states[-1]))
+        return f"<TwoPhaseRiemann {ends}: waves {waves}; path {self.path}, g {self.g:g}, gamma {self.gamma:g}>"
 
     def at(self, x: ArrayLike, t: float, x0: float = 0.0) -> dict[str, FloatArray]:
         """Return ``h``, ``phi``, ``vs``, ``vf`` at the points ``x`` (any shape) and the time ``t`` >= 0."""
