@@ -166,7 +166,8 @@ class Solution:
     def __repr__(self) -> str:
         grid, stats = self.grid, self.stats
         return (f"<Solution of {self.model}, {grid.num_cells} cells on [{grid.lower:g}, {grid.upper:g}] m, "
-                f"{len(self.t)} outputs, t = {self.t[0]:g} .. {self.t[-1]:g} s: {self.status.name}, {stats.steps} steps ({stats.rejected} rejected), "
+                f"{len(self.t)} outputs, t = {self.t[0]:g} .. {self.t[-1]:g} s: "
+                f"{self.status.name}, {stats.steps} steps ({stats.rejected} rejected), "
                 f"{stats.backend}, {stats.seconds:.3g} s>")
 
     def _repr_html_(self) -> str:
