@@ -145,7 +145,7 @@ LYING = type("Lying", (ModelConformance,), {"model": Wrong(), "states": TestBurg
 
 def test_a_model_that_lies_is_caught_and_pytest_shows_the_values():
     with pytest.raises(AssertionError, match=r"where .* all"):
-        LYING().test_speeds_bound_the_derivative_of_the_flux()
+        LYING().test_speeds_bound_the_derivative_of_the_jump()
 
 
 def test_a_suite_runs_without_pytest_and_names_what_failed_or_was_skipped():
@@ -154,7 +154,7 @@ def test_a_suite_runs_without_pytest_and_names_what_failed_or_was_skipped():
     assert str(outcome) == "4 checks passed, 0 skipped"
     outcome = fvkit.testing.run(TestNoLimiter)
     assert outcome.skipped == {"test_it_lies_in_the_region_without_new_extrema": "NoLimiter is said not to be monotone"}
-    with pytest.raises(AssertionError, match=r"(?s)Lying: \d of \d+ checks failed.*test_speeds_bound_the_derivative_of_the_flux: Asser"):
+    with pytest.raises(AssertionError, match=r"(?s)Lying: \d of \d+ checks failed.*test_speeds_bound_the_derivative_of_the_jump: Asser"):
         fvkit.testing.run(LYING)
 
 
