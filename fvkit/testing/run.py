@@ -9,6 +9,8 @@ from typing import Any
 import attrs
 import pytest
 
+from fvkit.testing.common import Suite
+
 
 @attrs.frozen
 class Outcome:
@@ -50,8 +52,11 @@ def run(suite: type) -> Outcome:
     if not isinstance(suite, type):
         raise TypeError(f"`suite` must be the class, not an instance of it, got {suite!r}")
     checks = [(name, check) for name, check in getmembers(suite, isfunction) if name.startswith("test_")]
-    if not checks:
+    if not checks or not issubclass(suite, Suite):
         raise TypeError(f"`suite` must be a subclass of a suite such as fvkit.testing.ModelConformance, got {suite!r}")
+    missing = [name for name in suite.kinds if not hasattr(suite, name)]
+    if missing:
+        raise TypeError(f"{suite.__name__} must set {', '.join(f'`{name}`' for name in missing)}")
     passed, skipped, failed = [], {}, {}
     for name, check in checks:
         for arguments in _arguments(check):

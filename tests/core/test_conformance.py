@@ -7,6 +7,7 @@ import pytest
 import fvkit as fv
 import fvkit.testing
 from fvkit.testing import LimiterConformance, ModelConformance, RiemannConformance
+from fvkit.testing.common import Suite
 from tests.cases import PSystem, Traffic
 
 
@@ -159,7 +160,7 @@ def test_a_suite_runs_without_pytest_and_names_what_failed_or_was_skipped():
 
 
 def test_a_suite_calls_a_check_for_each_of_its_parameters():
-    class Two:
+    class Two(Suite):
         """A suite of one check with two parameters, of which one call fails, without a message."""
 
         @pytest.mark.parametrize("a", [1, 2])
@@ -176,3 +177,13 @@ def test_a_suite_calls_a_check_for_each_of_its_parameters():
 def test_what_is_no_suite_is_refused(given, message):
     with pytest.raises(TypeError, match=message):
         fvkit.testing.run(given)
+
+
+def test_mistakes_of_a_suite_are_named_where_they_are_made():
+    with pytest.raises(TypeError, match=r"`model of Mine` must be an instance of Model, got the class Burgers: write Burgers\(\)"):
+        type("Mine", (ModelConformance,), {"model": fv.Burgers})
+    with pytest.raises(TypeError, match="Mine must set `riemann`"):
+        fvkit.testing.run(type("Mine", (RiemannConformance,), {"model": fv.Burgers()}))
+    flat = type("Mine", (ModelConformance,), {"model": fv.Burgers(), "states": lambda self, rng, count: rng.uniform(1.0, 2.0, count)})
+    with pytest.raises(ValueError, match=r"`states\(rng, count\)` must have shape \(1, 200\), got \(200,\)"):
+        flat().drawn(1)

@@ -110,6 +110,19 @@ def test_bad_input_is_refused_by_name(settings, word):
         gr.compare(gr.scene("rest"), **({"repeats": 1, "cells": (20,)} | settings))
 
 
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"scene": "riemann"}, r"`scene` must be an instance of Scene, got 'riemann' \(such as gr.scene\('riemann'\)\)"),
+    ({"models": gr.TwoPhase}, r"`models` must be a list such as \[gr.TwoPhase\], got"),
+    ({"riemann": fv.HLL()}, r"`riemann` must be a list such as \[fv.HLL\(\)\], got HLL\(\)"),
+    ({"schemes": fv.WavePropagation(fv.HLL())}, "`schemes` must be a list"),
+    ({"cells": 100}, r"`cells` must be a list such as \[100, 200\], got 100"),
+    ({"reference": lambda x, t: {}}, "`reference` must be an instance of Reference"),
+])
+def test_one_for_a_list_and_other_mistakes_are_named(settings, message):
+    with pytest.raises(TypeError, match=message):
+        gr.compare(**{"scene": gr.scene("dam-break"), "cells": (10,), "repeats": 1} | settings)
+
+
 def test_rest_is_kept_to_rounding_and_the_verdict_says_so(tmp_path):
     report = gr.compare(gr.scene("rest"), cells=(50,), repeats=1)
     assert "to rounding" in report.verdict()
