@@ -86,6 +86,11 @@ def test_files_are_complete_and_valid(report, tmp_path):
     assert not list(folder.glob(".*"))
 
 
+def test_a_notebook_shows_the_pictures(report):
+    for figure in (*report.plot().values(), report.figure("steps", "error.h")):
+        assert figure._repr_png_().startswith(b"\x89PNG")
+
+
 def test_a_failed_run_is_a_row_with_its_status(tmp_path):
     fading = gr.Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1.0, 3.0), "phi": 0.5}, sources=Fading())
     report = gr.compare(fading, [gr.TwoPhase], [fv.Roe()], cells=(40,), repeats=1,
