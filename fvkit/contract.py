@@ -9,6 +9,7 @@ raises there passes through unchanged.
 
 import builtins
 import dis
+import math
 import types
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
@@ -20,6 +21,8 @@ from fvkit import pointwise
 from fvkit.part import Part
 
 _BUILDERS = ("LIST_APPEND", "SET_ADD", "MAP_ADD", "YIELD_VALUE")
+#: Functions of Python that cannot look at arrays, and what can.
+_SCALAR = {"max": "fv.maximum(a, b)", "min": "fv.minimum(a, b)"}
 _CONSTANTS = (bool, int, float, tuple, type(None), np.generic)
 
 
@@ -78,6 +81,8 @@ def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen:
                    "or use fv.pointwise.combine(a, x, b, y) and its like")
         if operation == "LOAD_GLOBAL" and argument not in function.__globals__ and not hasattr(builtins, argument):
             refuse(f"the name {argument} is not defined")
+        if operation == "LOAD_GLOBAL" and argument in _SCALAR and argument not in function.__globals__:
+            refuse(f"{argument} cannot look at values that are arrays; use {_SCALAR[argument]}")
         if operation in ("LOAD_ATTR", "LOAD_METHOD"):
             holder = holders.get(last_name) if last_name is not None else None
             if holder is not None:
@@ -87,6 +92,9 @@ def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen:
                     _examine(method, {**holders, "self": holder}, f"{holder.__name__}.", seen)
         last_name = _loaded(operation, argument)
     for name, value, read_at in _globals_of(function):
+        if value is math:
+            line = read_at
+            refuse("the module math serves no arrays; use np.sqrt and its like")
         if isinstance(value, types.FunctionType) and value.__module__.split(".")[0] != "numpy":
             if getattr(pointwise, value.__name__, None) is not value:
                 _examine(value, {key: holder for key, holder in holders.items() if key != "self"}, "", seen)
@@ -105,8 +113,8 @@ def _attribute(holder: type[Part], name: str | None, attribute: str, refuse: Cal
     parameters = holder.parameter_names()
     if attribute not in parameters and not isinstance(getattr(holder, attribute, None), (types.FunctionType, tuple)):
         refuse(f"{name}.{attribute} is neither a parameter of {holder.__name__} "
-               f"({', '.join(parameters) or 'it has none: decorate it with @attrs.frozen and annotate with float'}) "
-               "nor one of its methods or constant tuples")
+               f"({', '.join(parameters) or 'it has none'}) nor one of its methods or constant tuples; a parameter is annotated "
+               "with float in a class that @attrs.frozen decorates")
 
 
 def _loaded(operation: str, argument: Any) -> str | None:

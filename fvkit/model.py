@@ -40,6 +40,15 @@ class Model(Part, ABC):
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = ()
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for name in ("conserved", "aux"):
+            given = getattr(cls, name)
+            if not isinstance(given, tuple) or not all(isinstance(item, str) for item in given):
+                raise TypeError(f"`{name}` of {cls.__name__} must be a tuple of names such as ('h', 'h v'), got {given!r}"
+                                + (f": write ({given!r},)" if isinstance(given, str) else ""))
+        _check_phases(cls)
+
     @abstractmethod
     def flux(self, q):
         """Return f(q), one component per equation."""
@@ -178,6 +187,18 @@ class Model(Part, ABC):
     def mass_rows(cls) -> tuple[int, ...]:
         """Rows of q that are masses."""
         return tuple(row for masses, _ in cls.phases for row in masses)
+
+
+def _check_phases(kind: type[Model]) -> None:
+    """Refuse phases that are not pairs of rows of masses and a row of a momentum."""
+    rows = range(len(kind.conserved))
+    try:
+        good = all(masses and {*masses, momentum} <= {*rows} for masses, momentum in kind.phases)
+    except (TypeError, ValueError):
+        good = False
+    if not good:
+        raise TypeError(f"`phases` of {kind.__name__} must be a tuple of pairs (rows of masses, row of their momentum) such as "
+                        f"(((0,), 1),), with rows below {len(rows)}, got {kind.phases!r}")
 
 
 def aux_rows(model: Model, aux: Mapping[str, Any]) -> tuple[np.ndarray, ...]:

@@ -1,5 +1,6 @@
 """`Part`: what every pluggable piece (model, solver, limiter, boundary, source) has in common."""
 
+from inspect import get_annotations
 from math import nan
 from typing import Any
 
@@ -16,6 +17,13 @@ class Part:
     Subclasses are abstract or final. Decorate yours with ``@attrs.frozen`` when it has parameters,
     and annotate each with ``float``: pointwise methods see these, and nothing else, through ``self``.
     """
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Any:
+        mine = {} if "__attrs_attrs__" in vars(cls) else get_annotations(cls)
+        lost = [name for name, kind in mine.items() if kind in _NUMBERS]
+        if lost:
+            raise TypeError(f"{cls.__name__} has parameters ({', '.join(lost)}) but no decorator: write @attrs.frozen above it")
+        return super().__new__(cls)
 
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:

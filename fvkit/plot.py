@@ -1,6 +1,7 @@
 """Pictures: thin functions that draw on given axes, in colours that colour-blind people can tell apart."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,9 +17,18 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
+class Picture(Figure):
+    """A figure that needs no display; a notebook shows it, whether or not it draws by pyplot elsewhere."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = BytesIO()
+        self.savefig(buffer, format="png")
+        return buffer.getvalue()
+
+
 def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list["Axes"]]:
-    """Return a figure that needs no display, and its axes in a list."""
-    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    """Return a `Picture`, and its axes in a list."""
+    figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
     return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
 
 

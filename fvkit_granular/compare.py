@@ -65,6 +65,11 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     ValueError, TypeError
         For bad input, or a pair of model and solver that cannot work.
     """
+    scene = _validate.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
+    for name, given, example in (("models", models, "[gr.TwoPhase]"), ("riemann", riemann, "[fv.HLL()]"),
+                                 ("cells", cells, "[100, 200]"), ("schemes", schemes, "[fv.WavePropagation(fv.HLL())]")):
+        if given is not None and (isinstance(given, str) or not isinstance(given, Iterable)):
+            raise TypeError(f"`{name}` must be a list such as {example}, got {given!r}")
     counts = tuple(_validate.whole(count, "cells", at_least=1) for count in cells)
     repetitions = _validate.whole(repeats, "repeats", at_least=1)
     if not counts:
@@ -79,6 +84,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     budget = None if seconds is None else _validate.real(seconds, "seconds", above=0.0)
     tell = progress or (lambda line: None)
     known = reference or scene.known_reference()
+    if known is not None:
+        _validate.instance(known, "reference", Reference, "such as gr.FunctionReference('exact', 'a sentence', at=flow)")
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
     if known is None:
         high = any(run.scheme.time_integrator is not None for run in runs)

@@ -6,9 +6,11 @@ from pathlib import Path
 import pytest
 
 from fvkit.cli import build_parser
+from tests.pages import code_blocks
 
 TOP = Path(__file__).parent.parent
-PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md"))]
+PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md")),
+         *sorted((TOP / "docs" / "tutorials").glob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -26,12 +28,8 @@ def test_commands_parse(page):
             assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"]) else words)
 
 
-def snippets(page):
-    return re.findall(r"^```python\n(.*?)^```", (TOP / "docs" / page).read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
-
-
 def test_the_snippets_about_channels_run(capsys):
-    exec("\n".join(snippets("channels.md")), {"__name__": "snippets"})
+    exec("\n".join(code_blocks(TOP / "docs" / "channels.md", "python")), {"__name__": "snippets"})
     highest, deposit = capsys.readouterr().out.splitlines()
     assert "highest" in highest
     assert deposit.startswith("STOPPED at ")
@@ -41,7 +39,7 @@ def test_the_snippets_about_results_run(tmp_path, monkeypatch):
     for name in ("xarray", "h5netcdf", "h5py"):
         pytest.importorskip(name)
     monkeypatch.chdir(tmp_path)
-    blocks = snippets("results.md")
+    blocks = code_blocks(TOP / "docs" / "results.md", "python")
     assert len(blocks) == 8
     exec("\n".join(blocks), {"__name__": "snippets"})
     assert {path.name for path in tmp_path.iterdir()} == {"run.npz", "run.nc", "frames.nc", "long.npz"}

@@ -1,12 +1,12 @@
 """What README says is true: its code runs as printed."""
 
-import re
 from pathlib import Path
 
 import pytest
 
-README = Path(__file__).parent.parent / "README.md"
-BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+from tests.pages import code_blocks
+
+BLOCKS = code_blocks(Path(__file__).parent.parent / "README.md", "python")
 
 
 @pytest.mark.parametrize("code", BLOCKS, ids=["library", "model"])

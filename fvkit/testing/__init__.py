@@ -6,11 +6,18 @@
 ...     def states(self, rng, count):
 ...         return rng.uniform(0.5, 2.0, (2, count))
 
-pytest collects the class as any other. The suites ask what a part defines and skip, by name, what does not concern it.
+pytest collects the class as any other, and `run` does without it. The suites ask what a part defines and skip, by name,
+what does not concern it.
 """
+
+import pytest
+
+# Before the suites are imported: a bare assert in them then tells its values, as one in a user's own file.
+pytest.register_assert_rewrite("fvkit.testing.common", "fvkit.testing.models", "fvkit.testing.parts", "fvkit.testing.riemann")
 
 from fvkit.testing.models import ModelConformance
 from fvkit.testing.parts import LimiterConformance, SourceConformance
 from fvkit.testing.riemann import RiemannConformance
+from fvkit.testing.run import Outcome, run
 
-__all__ = ["LimiterConformance", "ModelConformance", "RiemannConformance", "SourceConformance"]
+__all__ = ["LimiterConformance", "ModelConformance", "Outcome", "RiemannConformance", "SourceConformance", "run"]

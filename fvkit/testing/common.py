@@ -1,18 +1,45 @@
 """What the conformance suites share."""
 
 import json
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
 import pytest
 
-from fvkit import Model, RiemannSolver
+from fvkit import Model, RiemannSolver, _validate
 from fvkit.backends.numba_kernel import available
 from fvkit.riemann import HLL, Roe, Rusanov
 
 #: The backends that are installed.
 BACKENDS = ("numpy", "numba") if available() else ("numpy",)
+
+
+class Suite:
+    """What the suites of parts share: the parts are instances, and random states have the shape of the model."""
+
+    kinds: ClassVar[Mapping[str, type]] = {}
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for name, kind in cls.kinds.items():
+            if name in vars(cls):
+                _validate.instance(vars(cls)[name], f"{name} of {cls.__name__}", kind)
+
+
+class OnModel(Suite):
+    """A suite that draws states of ``model``."""
+
+    model: ClassVar[Model]
+
+    def states(self, rng: np.random.Generator, count: int) -> Any:
+        """Return random admissible states (num_eqn, count), away from what the model cannot do."""
+        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
+
+    def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        """`states`, of the right shape."""
+        return _validate.array(self.states(rng, count), "states(rng, count)", (len(self.model.conserved), count))
 
 
 def solvers(model: Model) -> list[RiemannSolver]:

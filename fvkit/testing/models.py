@@ -1,5 +1,6 @@
 """`ModelConformance`: what a model must do, whatever its equations."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, ClassVar
 
@@ -8,13 +9,13 @@ import pytest
 
 from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, solve
 from fvkit.schemes import MethodOfLines
-from fvkit.testing.common import BACKENDS, check_is_data, close, matrices, need, rows, solvers
+from fvkit.testing.common import BACKENDS, OnModel, check_is_data, close, matrices, need, rows, solvers
 
 #: Number of random states of a check.
 COUNT = 200
 
 
-class ModelConformance:
+class ModelConformance(OnModel):
     """Checks of a model. Subclass it with two things, and say what does not hold by overriding a check.
 
     Attributes
@@ -24,13 +25,10 @@ class ModelConformance:
     order : orders that the schemes must reach on smooth data: second order, fifth order.
     """
 
-    model: ClassVar[Model]
+    kinds: ClassVar[Mapping[str, type]] = {"model": Model}
+
     smooth: ClassVar[float] = 0.02
     order: ClassVar[tuple[float, float]] = (1.7, 4.3)
-
-    def states(self, rng: np.random.Generator, count: int) -> Any:
-        """Return random admissible states (num_eqn, count), away from what the model cannot do."""
-        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
 
     def rest(self, aux: dict[str, np.ndarray]) -> Any:
         """Return a state at rest (num_eqn, count) over given aux values, dry where they rise above 1; None if there is none."""
@@ -45,7 +43,7 @@ class ModelConformance:
 
     def drawn(self, seed: int, count: int = COUNT) -> np.ndarray:
         """Random states."""
-        return np.asarray(self.states(np.random.default_rng(seed), count), dtype=float)
+        return self.random(np.random.default_rng(seed), count)
 
     def face(self, seed: int, step: float = 0.0) -> tuple[Any, Any, Any, Any]:
         """Random states on both sides of faces, and aux values that differ by up to ``step``."""
@@ -80,9 +78,7 @@ class ModelConformance:
         assert flux.shape == q.shape
         assert np.isfinite(flux).all()
 
-    def test_speeds_bound_the_derivative_of_the_flux(self) -> None:
-        if self.model.defines("jump"):
-            pytest.skip("its jump holds more than the flux: see the check of jump")
+    def test_speeds_bound_the_derivative_of_the_jump(self) -> None:
         low, high = (np.broadcast_to(bound, COUNT) for bound in self.parts.wave_speeds(tuple(self.drawn(1))))
         speeds = np.linalg.eigvals(matrices(self.parts, self.drawn(1))).real
         width = 1e-5 * (np.abs(speeds).max(axis=1) + 1e-300)

@@ -1,5 +1,6 @@
 """`LimiterConformance` and `SourceConformance`."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -7,10 +8,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fvkit import Limiter, Model, Source
-from fvkit.testing.common import check_is_data, close, need, rows
+from fvkit.testing.common import OnModel, Suite, check_is_data, close, need, rows
 
 
-class LimiterConformance:
+class LimiterConformance(Suite):
     """Checks of a limiter.
 
     Attributes
@@ -18,6 +19,8 @@ class LimiterConformance:
     limiter : the limiter.
     monotone : whether phi lies in Sweby's region, 0 <= phi <= min(2, 2 theta): no new extrema.
     """
+
+    kinds: ClassVar[Mapping[str, type]] = {"limiter": Limiter}
 
     limiter: ClassVar[Limiter]
     monotone: ClassVar[bool] = True
@@ -46,7 +49,7 @@ class LimiterConformance:
         assert (phi <= np.minimum(2.0, np.maximum(2.0 * theta, 0.0)) + 1e-14).all()
 
 
-class SourceConformance:
+class SourceConformance(OnModel):
     """Checks of a source on one model.
 
     Attributes
@@ -57,18 +60,15 @@ class SourceConformance:
     dt : time of the comparison, s.
     """
 
+    kinds: ClassVar[Mapping[str, type]] = {"model": Model, "source": Source}
+
     source: ClassVar[Source]
-    model: ClassVar[Model]
     accuracy: ClassVar[float] = 1e-6
     dt: ClassVar[float] = 0.1
 
-    def states(self, rng: np.random.Generator, count: int) -> Any:
-        """Return random admissible states (num_eqn, count)."""
-        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
-
     def drawn(self, count: int = 20) -> tuple[Model, np.ndarray, tuple[np.ndarray, ...]]:
         """The model, random states, and aux values."""
-        q = np.asarray(self.states(np.random.default_rng(1), count), dtype=float)
+        q = self.random(np.random.default_rng(1), count)
         return self.model.resolved(q), q, tuple(np.zeros((len(self.model.aux), count)))
 
     def after(self, dt: float) -> np.ndarray:

@@ -1,18 +1,19 @@
 """`RiemannConformance`: what a Riemann solver must do for the models that it serves."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 from fvkit import Grid, Model, Periodic, Problem, RiemannSolver, Stepper, WavePropagation, solve
-from fvkit.testing.common import BACKENDS, check_is_data, close, matrices, rows
+from fvkit.testing.common import BACKENDS, OnModel, check_is_data, close, matrices, rows
 
 #: Number of random faces of a check.
 COUNT = 200
 
 
-class RiemannConformance:
+class RiemannConformance(OnModel):
     """Checks of a Riemann solver on one model, by default without data of your own but random states.
 
     Attributes
@@ -21,17 +22,14 @@ class RiemannConformance:
     model : a model that it serves.
     """
 
-    riemann: ClassVar[RiemannSolver]
-    model: ClassVar[Model]
+    kinds: ClassVar[Mapping[str, type]] = {"model": Model, "riemann": RiemannSolver}
 
-    def states(self, rng: np.random.Generator, count: int) -> Any:
-        """Return random admissible states (num_eqn, count)."""
-        raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
+    riemann: ClassVar[RiemannSolver]
 
     def face(self, seed: int, step: float = 0.0) -> tuple[Any, Any, Any, Any]:
         """Random states on both sides of faces, and aux values that differ by up to ``step``."""
         rng = np.random.default_rng(seed)
-        sides = (tuple(np.asarray(self.states(rng, COUNT), dtype=float)) for _ in range(2))
+        sides = (tuple(self.random(rng, COUNT)) for _ in range(2))
         aux = (tuple(rng.uniform(-step, step, (len(self.model.aux), COUNT))) for _ in range(2))
         return *sides, *aux  # type: ignore[return-value]
 
@@ -77,7 +75,7 @@ class RiemannConformance:
 
     def test_a_run_conserves_and_stays_finite(self) -> None:
         rng = np.random.default_rng(5)
-        q = np.asarray(self.states(rng, 50), dtype=float)
+        q = self.random(rng, 50)
         problem = Problem(self.model, Grid(0.0, 1.0, 50), q, 1.0, boundary=Periodic())
         stepper = Stepper(problem, WavePropagation(self.riemann), backend="numpy", nonhyperbolic="ignore")
         for _ in range(30):
@@ -92,7 +90,7 @@ class RiemannConformance:
             signs = np.array(self.model.wall_signs())[:, None]
         except ValueError:
             pytest.skip(f"{type(self.model).__name__} does not say what a wall reflects")
-        q = np.asarray(self.states(np.random.default_rng(6), 40), dtype=float)
+        q = self.random(np.random.default_rng(6), 40)
 
         def end(state: np.ndarray) -> np.ndarray:
             problem = Problem(self.model, Grid(0.0, 1.0, 40), state, 1.0, boundary=Periodic())
@@ -104,7 +102,7 @@ class RiemannConformance:
         close((signs * end(signs * q[:, ::-1]))[:, ::-1], end(q), 1e-11)
 
     def test_both_backends_agree(self) -> None:
-        q = np.asarray(self.states(np.random.default_rng(7), 60), dtype=float)
+        q = self.random(np.random.default_rng(7), 60)
         problem = Problem(self.model, Grid(0.0, 1.0, 60), q, 1e-3, boundary=Periodic())
         ends = [solve(problem, WavePropagation(self.riemann), backend=backend, nonhyperbolic="ignore").q[-1]
                 for backend in (BACKENDS if self.riemann.compilable else ("numpy",))]

@@ -60,10 +60,13 @@ class Wave:
 
 def finite_tuple(values: Sequence[float], names: str, where: str) -> tuple[float, ...]:
     """Return ``values`` as floats after checking that they are the finite numbers ``names``."""
-    numbers = tuple(float(value) for value in values)
     expected = names.split()
+    wanted = f"({', '.join(expected)}), {len(expected)} numbers"
+    try:
+        numbers = tuple(float(value) for value in values)
+    except TypeError:
+        raise TypeError(f"`{where}` must hold {wanted}, but is {values!r}") from None
     if len(numbers) != len(expected):
-        wanted = f"({', '.join(expected)}), {len(expected)} numbers"
         raise ValueError(f"`{where}` must hold {wanted}, but has {len(numbers)}")
     if not all(math.isfinite(number) for number in numbers):
         raise ValueError(f"`{where}` must hold finite numbers ({', '.join(expected)}), but is {numbers}")

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 import fvkit as fv
+import fvkit.testing
 from fvkit.testing import LimiterConformance, ModelConformance, RiemannConformance
+from fvkit.testing.common import Suite
 from tests.cases import PSystem, Traffic
 
 
@@ -125,17 +127,63 @@ def test_the_adapter_names_what_cannot_work():
         fv.solve(problem, fv.WavePropagation(TestPyClawAdapter.riemann), backend="numba")
 
 
-def test_a_model_that_lies_is_caught():
-    @attrs.frozen
-    class Wrong(fv.Model):
-        conserved = ("u",)
+@attrs.frozen
+class Wrong(fv.Model):
+    """Its speeds are too small by half."""
 
-        def flux(self, q):
-            return (q[0] * q[0],)
+    conserved = ("u",)
 
-        def wave_speeds(self, q):
-            return 0.5 * q[0], 0.5 * q[0]
+    def flux(self, q):
+        return (q[0] * q[0],)
 
-    suite = type("Suite", (ModelConformance,), {"model": Wrong(), "states": TestBurgers.states})()
-    with pytest.raises(AssertionError):
-        suite.test_speeds_bound_the_derivative_of_the_flux()
+    def wave_speeds(self, q):
+        return 0.5 * q[0], 0.5 * q[0]
+
+
+#: No test class of this module: it must fail.
+LYING = type("Lying", (ModelConformance,), {"model": Wrong(), "states": TestBurgers.states})
+
+
+def test_a_model_that_lies_is_caught_and_pytest_shows_the_values():
+    with pytest.raises(AssertionError, match=r"where .* all"):
+        LYING().test_speeds_bound_the_derivative_of_the_jump()
+
+
+def test_a_suite_runs_without_pytest_and_names_what_failed_or_was_skipped():
+    outcome = fvkit.testing.run(TestMinmod)
+    assert len(outcome.passed) == 4
+    assert str(outcome) == "4 checks passed, 0 skipped"
+    outcome = fvkit.testing.run(TestNoLimiter)
+    assert outcome.skipped == {"test_it_lies_in_the_region_without_new_extrema": "NoLimiter is said not to be monotone"}
+    with pytest.raises(AssertionError, match=r"(?s)Lying: \d of \d+ checks failed.*test_speeds_bound_the_derivative_of_the_jump: Asser"):
+        fvkit.testing.run(LYING)
+
+
+def test_a_suite_calls_a_check_for_each_of_its_parameters():
+    class Two(Suite):
+        """A suite of one check with two parameters, of which one call fails, without a message."""
+
+        @pytest.mark.parametrize("a", [1, 2])
+        @pytest.mark.parametrize("b", [3, 4])
+        def test_sum(self, a, b):
+            if a + b == 6:
+                raise KeyError
+
+    with pytest.raises(AssertionError, match=r"1 of 4 checks failed\n  test_sum\[4\]\[2\]: KeyError: raise KeyError"):
+        fvkit.testing.run(Two)
+
+
+@pytest.mark.parametrize(("given", "message"), [(TestMinmod(), "must be the class"), (fv.Minmod, "subclass of a suite"), ("mine", "the class")])
+def test_what_is_no_suite_is_refused(given, message):
+    with pytest.raises(TypeError, match=message):
+        fvkit.testing.run(given)
+
+
+def test_mistakes_of_a_suite_are_named_where_they_are_made():
+    with pytest.raises(TypeError, match=r"`model of Mine` must be an instance of Model, got the class Burgers: write Burgers\(\)"):
+        type("Mine", (ModelConformance,), {"model": fv.Burgers})
+    with pytest.raises(TypeError, match="Mine must set `riemann`"):
+        fvkit.testing.run(type("Mine", (RiemannConformance,), {"model": fv.Burgers()}))
+    flat = type("Mine", (ModelConformance,), {"model": fv.Burgers(), "states": lambda self, rng, count: rng.uniform(1.0, 2.0, count)})
+    with pytest.raises(ValueError, match=r"`states\(rng, count\)` must have shape \(1, 200\), got \(200,\)"):
+        flat().drawn(1)

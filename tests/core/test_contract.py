@@ -1,6 +1,7 @@
 """The pointwise contract: what a user's part may contain, and how a breach is named."""
 
 import inspect
+import math
 from functools import cache
 from pathlib import Path
 
@@ -93,6 +94,18 @@ class PlainClassConstant(Good):
     def flux(self, q):
         (u,) = q
         return (self.constant * u,)
+
+
+class BuiltinMaximum(Good):
+    def wave_speeds(self, q):
+        (u,) = q
+        return min(u, 0.0), u
+
+
+class ScalarModule(Good):
+    def flux(self, q):
+        (u,) = q
+        return (math.sin(u),)
 
 
 class UndefinedName(Good):
@@ -281,6 +294,8 @@ REFUSED_MODELS = [
     (ChainedComparison, "flux", "fv.where", "0.0 < u < 1.0"),
     (UnknownAttribute, "flux", "self.factr is neither a parameter of UnknownAttribute (factor)", "self.factr"),
     (PlainClassConstant, "flux", "self.constant is neither a parameter", "self.constant"),
+    (BuiltinMaximum, "wave_speeds", "use fv.minimum(a, b)", "min(u, 0.0)"),
+    (ScalarModule, "flux", "use np.sqrt and its like", "math.sin"),
     (UndefinedName, "flux", "the name factr is not defined", "factr * u"),
     (GlobalList, "flux", "the global OFFSETS is a list", "OFFSETS"),
     (from_scope(2.0), "flux", "enclosing scope (factor)", None),

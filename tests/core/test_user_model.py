@@ -111,3 +111,24 @@ def test_the_generic_matrix_product_is_the_jacobian_times_a_small_vector():
 def test_observables_of_a_user_model_are_its_components():
     problem = fv.Problem(PSystem(), fv.Grid(0.0, 1.0, 4), np.ones((2, 4)), 0.1)
     assert list(solve(problem).observables()) == ["rho", "m"]
+
+
+@pytest.mark.parametrize(("declared", "message"), [
+    ({"conserved": "h"}, r"`conserved` of Mine must be a tuple of names .* write \('h',\)"),
+    ({"conserved": ("h", "m"), "aux": "b"}, r"`aux` of Mine must be a tuple of names .* write \('b',\)"),
+    ({"conserved": ("h", "m"), "phases": ((0, 1),)}, r"`phases` of Mine must be a tuple of pairs .* got \(\(0, 1\),\)"),
+    ({"conserved": ("h", "m"), "phases": (((0,), 2),)}, "with rows below 2"),
+    ({"conserved": ("h", "m"), "phases": (((), 1),)}, "`phases` of Mine"),
+])
+def test_what_a_model_declares_is_checked_where_it_is_written(declared, message):
+    with pytest.raises(TypeError, match=message):
+        type("Mine", (fv.Model,), declared)
+
+
+def test_a_parameter_without_decorator_is_refused_by_name():
+    class Fast(PlainBurgers):
+        factor: float = 2.0
+
+    for arguments in ({}, {"factor": 3.0}):
+        with pytest.raises(TypeError, match=r"Fast has parameters \(factor\) but no decorator: write @attrs.frozen"):
+            Fast(**arguments)

@@ -86,6 +86,11 @@ def test_files_are_complete_and_valid(report, tmp_path):
     assert not list(folder.glob(".*"))
 
 
+def test_a_notebook_shows_the_pictures(report):
+    for figure in (*report.plot().values(), report.figure("steps", "error.h")):
+        assert figure._repr_png_().startswith(b"\x89PNG")
+
+
 def test_a_failed_run_is_a_row_with_its_status(tmp_path):
     fading = gr.Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1.0, 3.0), "phi": 0.5}, sources=Fading())
     report = gr.compare(fading, [gr.TwoPhase], [fv.Roe()], cells=(40,), repeats=1,
@@ -108,6 +113,19 @@ def test_limiters_and_orders_become_series():
 def test_bad_input_is_refused_by_name(settings, word):
     with pytest.raises((ValueError, TypeError), match=word):
         gr.compare(gr.scene("rest"), **({"repeats": 1, "cells": (20,)} | settings))
+
+
+@pytest.mark.parametrize(("settings", "message"), [
+    ({"scene": "riemann"}, r"`scene` must be an instance of Scene, got 'riemann' \(such as gr.scene\('riemann'\)\)"),
+    ({"models": gr.TwoPhase}, r"`models` must be a list such as \[gr.TwoPhase\], got"),
+    ({"riemann": fv.HLL()}, r"`riemann` must be a list such as \[fv.HLL\(\)\], got HLL\(\)"),
+    ({"schemes": fv.WavePropagation(fv.HLL())}, "`schemes` must be a list"),
+    ({"cells": 100}, r"`cells` must be a list such as \[100, 200\], got 100"),
+    ({"reference": lambda x, t: {}}, "`reference` must be an instance of Reference"),
+])
+def test_one_for_a_list_and_other_mistakes_are_named(settings, message):
+    with pytest.raises(TypeError, match=message):
+        gr.compare(**{"scene": gr.scene("dam-break"), "cells": (10,), "repeats": 1} | settings)
 
 
 def test_rest_is_kept_to_rounding_and_the_verdict_says_so(tmp_path):

@@ -80,6 +80,8 @@ def test_at_time_zero_and_dry_input():
         exact.shallow_water_riemann((-1, 0), (1, 0))
     with pytest.raises(ValueError, match="2 numbers"):
         exact.shallow_water_riemann((1, 0, 0), (1, 0))
+    with pytest.raises(TypeError, match=r"`left` must hold \(h, v\), 2 numbers, but is 2\.0"):
+        exact.shallow_water_riemann(2.0, 1.0)
 
 
 # --- reduced model -----------------------------------------------------------------------------------------
