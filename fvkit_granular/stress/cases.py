@@ -7,7 +7,9 @@ scheme that has changed, not one that could be better.
 import attrs
 import numpy as np
 
+from fvkit._validate import choice
 from fvkit_granular.hard_scenes import ABSENT
+from fvkit_granular.scene_file import SUFFIX
 from fvkit_granular.stress.checks import (
     Judge,
     at_rest,
@@ -30,6 +32,10 @@ EVERY = (*SLIPPING, "reduced", "shallow-water", "two-layer")
 
 #: Models for which solutions of shallow water with uniform phi and one velocity are exact.
 SINGLE = (*SLIPPING, "reduced", "shallow-water")
+
+
+#: Bound of steps over nominal steps for a scene file: a flow that speeds up from rest down a long slope needs many more.
+FILE_STEPS = 40.0
 
 
 @attrs.frozen
@@ -86,3 +92,16 @@ CASES: dict[str, Case] = {
     "two-layer-step": Case((), ("two-layer",)),
     **{name: Case((), EVERY, steps=40.0) for name in ABSENT},
 }
+
+
+def case_of(scene: str) -> Case:
+    """Return the hard scene of that name; a scene file is one of which only what always must hold is asked.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with the nearest match.
+    """
+    if scene.endswith(SUFFIX):
+        return Case((), SINGLE, steps=FILE_STEPS)
+    return CASES[choice(scene, "scene", CASES)]
