@@ -124,4 +124,12 @@ def read_toml(path: str | Path) -> Table:
     except RecursionError:
         raise TomlError(f"{place} is nested too deeply") from None
     except ValueError as error:
-        raise TomlError(f"{place} is not TOML: {error}") from None
+        raise TomlError(_not_toml(place, str(error))) from None
+
+
+def _not_toml(path: Path, message: str) -> str:
+    found = re.search(r" \(at line (\d+), (column \d+)\)$", message)
+    where, said = (f", line {found[1]}, {found[2]}", message[:found.start()]) if found else ("", message)
+    inline = "key part" in said or "inline table" in said
+    hint = " (a table in braces stands on one line, without a comma at its end)" if inline else ""
+    return f"{path}{where}: this is not TOML: {said}{hint}"

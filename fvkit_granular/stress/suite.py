@@ -22,6 +22,9 @@ from fvkit_granular.stress.report import StressReport
 #: A run is given up after this many times its nominal steps.
 GIVE_UP = 100
 
+#: Steps after which a run is given up where its nominal steps tell nothing.
+MOST_STEPS = 1_000_000
+
 AXES = ("scene", "model", "riemann", "order", "backend")
 
 Tell = Callable[[str], None]
@@ -108,7 +111,7 @@ def make_run(choice: dict[str, Any]) -> Run:
         first = problem.t_end - problem.t_start  # `solve` below fails alike, and says how
     nominal = (problem.t_end - problem.t_start) / first
     solution = solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
-                     max_steps=int(GIVE_UP * nominal) + 100)
+                     max_steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100)
     return Run(chosen, problem, choice["order"], solution, nominal)
 
 
