@@ -43,8 +43,8 @@ def tell(solution: fv.Solution) -> None:
     end = solution.observables()
     slow = (np.abs(end["vs"]) < SLOW) & (end["h"] > THRESHOLD)
     volume = dx * end["h"]
-    print(f"deposit (deeper than {THRESHOLD:g} m, grains slower than {SLOW:g} m/s): {volume[slow].sum():.0f} of {volume.sum():.0f} "
-          f"m^2, from x = {x[slow].min():.0f} to {x[slow].max():.0f} m, mean depth {end['h'][slow].mean():.2f} m; "
+    print(f"deposit (deeper than {THRESHOLD:g} m, grains slower than {SLOW:g} m/s): {volume[slow].sum():.0f} of "
+          f"{volume.sum():.0f} m^2, from x = {x[slow].min():.0f} to {x[slow].max():.0f} m, {end['h'][slow].mean():.2f} m deep; "
           f"it still creeps, {np.median(np.abs(end['vs'][slow])):.2f} m/s in the median")
 
 

@@ -109,7 +109,7 @@ def _header(path: Path, number: int, line: str) -> dict[str, str]:
     for cell in next(csv.reader([line])):
         name, bracket, rest = cell.strip().partition("[")
         name, unit = name.strip(), rest.strip().removesuffix("]").strip()
-        if not name or not bracket or not rest.strip().endswith("]"):
+        if not name or not bracket or ";" in cell or not rest.strip().endswith("]"):
             raise ValueError(f"{path}, line {number}: a header names columns and units, such as `x [m], phi [-]`, separated by "
                              f"commas; got {cell.strip()!r}")
         if name in units:

@@ -41,8 +41,8 @@ class Table:
         known = list(allowed)
         for key in self.data:
             if key not in known:
-                nearest = get_close_matches(key, known, n=1)
-                raise self.error(f"unknown key `{key}`; " + (f"did you mean `{nearest[0]}`? " if nearest else "")
+                nearest = _nearest(key, known)
+                raise self.error(f"unknown key `{key}`; " + (f"did you mean `{nearest}`? " if nearest else "")
                                  + f"allowed: {', '.join(known)}", key)
         return self
 
@@ -104,6 +104,13 @@ class Table:
                   if needed or name in self.data}
         with self.located():
             return kind(**values)
+
+
+def _nearest(key: str, known: Iterable[str]) -> str | None:
+    """The most similar of the known keys, whatever the case; names of two letters may differ by one."""
+    lower = {name.lower(): name for name in known}
+    found = get_close_matches(key.lower(), lower, n=1, cutoff=0.5)
+    return lower[found[0]] if found else None
 
 
 def read_toml(path: str | Path) -> Table:
