@@ -1,5 +1,7 @@
 """`GivenFlow`: a boundary where a flow comes in, for every model."""
 
+from typing import Any
+
 import attrs
 
 from fvkit import BoundaryCondition, _validate
@@ -18,10 +20,11 @@ class GivenFlow(BoundaryCondition):
     vs, vf : velocities of solid and fluid, m/s, positive to the right.
     """
 
-    h: float = attrs.field(converter=_validate.within(at_least=0.0, hint="depth in m"))  # type: ignore[misc]
-    phi: float = attrs.field(converter=_validate.within(at_least=0.0, at_most=1.0, hint="solid fraction"))  # type: ignore[misc]
-    vs: float = _validate.number(0.0, hint="velocity in m/s")
-    vf: float = _validate.number(0.0, hint="velocity in m/s")
+    # Not annotated as floats: those are parameters of pointwise code, and here only `values`, plain Python, reads them.
+    h: Any = attrs.field(converter=_validate.within(at_least=0.0, hint="depth in m"))  # type: ignore[misc]
+    phi: Any = attrs.field(converter=_validate.within(at_least=0.0, at_most=1.0, hint="solid fraction"))  # type: ignore[misc]
+    vs: Any = attrs.field(default=0.0, converter=_validate.within(hint="velocity in m/s"))  # type: ignore[misc]
+    vf: Any = attrs.field(default=0.0, converter=_validate.within(hint="velocity in m/s"))  # type: ignore[misc]
 
     def values(self, model, t):
         if not callable(getattr(model, "conserved_from", None)):

@@ -31,13 +31,13 @@ def scene_text(scene: Scene) -> str:
     lines = [f"{key} = {_value(value)}" for key, value in (
         ("name", scene.name), ("description", scene.description), ("interval", scene.interval), ("t_end", scene.t_end),
         ("g", scene.g), ("gamma", scene.gamma)) if value != ""]
-    name = _built_in(scene)
+    same = _same_as_built_in(scene)
     if scene.reference is not None:
-        lines.append(f"reference = {_value(_reference(scene, name))}")
-    bottom = _bottom(scene.bottom, name)
+        lines.append(f"reference = {_value(_reference(scene))}")
+    bottom = _bottom(scene, same)
     if bottom:
         lines.append(f"bottom = {bottom}")
-    lines += ["", "[initial]", *_initial(scene, name)]
+    lines += ["", "[initial]", *_initial(scene, same)]
     left, right = scene.sides()
     sides = {"both": left} if left == right else {"left": left, "right": right}
     lines += ["", "[boundary]", *(f"{key} = {_side(side)}" for key, side in sides.items())]
@@ -48,29 +48,29 @@ def scene_text(scene: Scene) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _built_in(scene: Scene) -> str | None:
-    """The name of the built-in scene that this is, whatever its times; None if it is none."""
+def _same_as_built_in(scene: Scene) -> set[str]:
+    """Which of initial state and bottom are those of the built-in scene of the same name."""
     if scene.name not in scene_names():
-        return None
-    known = {"t_end", "g", "gamma", "boundary", "sources"}
-    return scene.name if not set(differences(scene, built_in_scene(scene.name))) - known else None
+        return set()
+    changed = set(differences(scene, built_in_scene(scene.name)))
+    return set() if "interval" in changed else {"initial", "bottom"} - changed
 
 
-def _reference(scene: Scene, name: str | None) -> str:
+def _reference(scene: Scene) -> str:
     if isinstance(scene.reference, BuiltInReference):
         return scene.reference.name
-    if name is None:
+    if scene.name not in scene_names():
         raise ValueError("`reference` can be written for built-in scenes alone: take it off, attrs.evolve(scene, reference=None)")
-    BuiltInReference(name).check(scene)
-    return name
+    BuiltInReference(scene.name).check(scene)
+    return scene.name
 
 
-def _initial(scene: Scene, name: str | None) -> list[str]:
+def _initial(scene: Scene, same: set[str]) -> list[str]:
     flow: Any = scene.initial
     if isinstance(flow, BuiltInFlow):
         return [f"flow = {_value(flow.name)}"]
     if not isinstance(flow, ShapedFlow):
-        return [f"flow = {_value(_known(name, 'initial'))}"]
+        return [f"flow = {_value(_known(scene, 'initial', same))}"]
     if flow.surface is not None and flow.bottom is not scene.bottom and flow.bottom != scene.bottom:
         raise ValueError("`surface` of the initial state lies over another bottom than that of the scene: no file can say that")
     parts = {key: getattr(flow, key) for key in FLOW}
@@ -78,23 +78,24 @@ def _initial(scene: Scene, name: str | None) -> list[str]:
     return [f"{key} = {_shape(shape)}" for key, shape in parts.items() if shape is not None and shape != none.get(key)]
 
 
-def _bottom(bottom: Any, name: str | None) -> str:
+def _bottom(scene: Scene, same: set[str]) -> str:
     """The bottom, nothing where it is 0."""
+    bottom = scene.bottom
     if isinstance(bottom, Shape):
         # A uniform shape and a number are averaged over cells in different ways: the last bit may differ.
         return f"[{_value(bottom.value)}]" if isinstance(bottom, Uniform) else _shape(bottom)
     if callable(bottom):
-        return _inline({"from": _value(bottom.name if isinstance(bottom, BuiltInBottom) else _known(name, "bottom"))})
+        return _inline({"from": _value(bottom.name if isinstance(bottom, BuiltInBottom) else _known(scene, "bottom", same))})
     if np.ndim(bottom):
         raise ValueError("a bottom given as cell averages belongs to one grid, and no file can hold it: give a shape")
     return "" if bottom == 0.0 else _value(bottom)
 
 
-def _known(name: str | None, part: str) -> str:
-    if name is None:
+def _known(scene: Scene, part: str, same: set[str]) -> str:
+    if part not in same:
         raise ValueError(f"`{part}` is a function, which no file can hold: make it of shapes (gr.shapes), or of a CSV file "
                          "(gr.Profile.read)")
-    return name
+    return scene.name
 
 
 def _side(side: Any) -> str:

@@ -64,7 +64,7 @@ class Table:
             yield
         except TomlError:
             raise
-        except (ValueError, TypeError, OSError) as error:
+        except (ValueError, TypeError, OSError, OverflowError) as error:
             named = [word for word in re.findall(r"`(\w+)", str(error)) if (*self.place, *inside, word) in self.lines]
             raise self.error(str(error), *inside, *named[:1]) from None
 

@@ -1,5 +1,8 @@
 """Scene files: what they say becomes a scene to the bit, and mistakes have file, line and nearest match."""
 
+import re
+from pathlib import Path
+
 import attrs
 import numpy as np
 import pytest
@@ -7,8 +10,10 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import MISTAKE, SUCCESS, main
-from fvkit_granular.scene_file import BOUNDARIES, SOURCES, find_scene
-from fvkit_granular.shapes import Hump, PiecewiseLinear, Step, Sum, Uniform
+from fvkit_granular.columns import UNITS
+from fvkit_granular.scene_file import BOUNDARIES, COLUMN, FLOW, SOURCES, TOP, find_scene
+from fvkit_granular.scenes import scene_factory
+from fvkit_granular.shapes import SHAPES, Hump, PiecewiseLinear, Step, Sum, Uniform
 
 COMPLETE = """name = "release"
 description = "made up"
@@ -124,6 +129,14 @@ def test_text_of_a_loaded_scene_loads_again_from_anywhere(folder, tmp_path_facto
     assert again.times == scene.times
 
 
+def test_a_built_in_scene_with_other_arguments_is_written_where_shapes_say_it(tmp_path):
+    scene, path = scene_factory("perturbed-rest")(eps=0.2), tmp_path / "steeper.toml"
+    path.write_text(gr.scene_text(scene))
+    same_problem(gr.load_scene(path).problem(gr.TwoPhase, 80), scene.problem(gr.TwoPhase, 80))
+    with pytest.raises(ValueError, match="`initial` is a function"):
+        gr.scene_text(scene_factory("perturbed-moving")(eps=0.2))
+
+
 @pytest.mark.parametrize("value", [0.1, 1e-300, 5e-324, 1.7976931348623157e308, -1e22, 1 / 3])
 def test_numbers_survive_to_the_bit(value, tmp_path):
     scene = gr.Scene((0.0, 1.0), 1.0, gr.ShapedFlow(1.0, phi=0.5, vs=value), name='a "quoted"\nname\\ é')
@@ -154,6 +167,11 @@ def test_a_shown_scene_runs_to_the_same_result_to_the_bit(name, tmp_path, capsys
     ("t_end = 2", "t_emd = 2", ("line 4: unknown key `t_emd`; did you mean `t_end`?",)),
     ("t_end = 2\n", "", ("line 1: the key `t_end` is missing",)),
     ("t_end = 2", "t_end = -2", ("line 4: `t_end` must be", "> 0", "-2")),
+    ("t_end = 2", "t_end = 1" + 400 * "0", ("line 4: ", "too large")),
+    ("interval = [0.0, 100]", "interval = [0.0, 1" + 400 * "0" + "]", ("too large",)),
+    ("nu = 0.3", "nu = nan", ("line 23: `nu` must be finite",)),
+    ("nu = 0.3", "nu = 1979-05-27", ("line 23: `nu` must be a number",)),
+    ("[initial]", "[[initial]]", ("line 8: `initial` must be a table",)),
     ("t_end = 2", "t_end = true", ("line 4: `t_end` must be a number",)),
     ("interval = [0.0, 100]", "interval = [100, 0]", ("line 3: `interval[1]` must be",)),
     ("interval = [0.0, 100]", "interval = [0, 101]", ("line 13: state.csv: column `b` covers x from 0 to 100 m", "shorten `interval`")),
@@ -246,12 +264,20 @@ def test_find_scene_tells_names_from_files(folder):
         find_scene("none.toml")
 
 
-def test_given_flow_brings_the_same_water_in_for_every_model():
+@pytest.mark.parametrize(("backend", "models"), [
+    ("numpy", (gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.PitmanLe(), gr.TwoLayer())), ("numba", (gr.TwoPhase(),))])
+def test_given_flow_brings_the_same_water_in_for_every_model(backend, models, tmp_path, monkeypatch):
+    if backend == "numba":
+        pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
+        monkeypatch.setenv("FVKIT_CACHE", str(tmp_path))
     side = gr.GivenFlow(1.0, 0.6, 2.0, 2.0)
-    for model in (gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.PitmanLe(), gr.TwoLayer()):
+    for model in models:
         scene = gr.Scene((0.0, 10.0), 0.5, gr.ShapedFlow(1.0, phi=0.6, vs=2.0, vf=2.0), boundary=side)
-        solution = fv.solve(scene.problem(model, 20), backend="numpy")
+        solution = fv.solve(scene.problem(model, 20), backend=backend)
         np.testing.assert_allclose(solution.q[-1], solution.q[0], rtol=1e-12)
+        onto_less = attrs.evolve(scene, initial=gr.ShapedFlow(0.5, phi=0.6), boundary=(side, fv.Wall()))
+        filled = fv.solve(onto_less.problem(model, 20), backend=backend)
+        assert filled.observables()["h"].mean() / 0.5 == pytest.approx(1.2, abs=5e-3), "about 2 m^2/s for half a second, onto 5 m^2"
     with pytest.raises(ValueError, match="GivenFlow needs a model with h, phi, vs, vf; Burgers"):
         fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 5), np.ones((1, 5)), 1.0, boundary=side)
 
@@ -307,3 +333,33 @@ def test_a_run_of_a_file_that_fails_says_so(folder, capsys):
     assert captured.out == ""
     assert captured.err == ("fvkit: release.toml, line 6: unknown key `gama`; did you mean `gamma`? allowed: name, description, interval, "
                             "t_end, g, gamma, reference, initial, bottom, boundary, sources, outputs\n")
+
+
+@pytest.fixture
+def page(tmp_path, monkeypatch):
+    """The files of docs/scene_files.md in a folder, and its text."""
+    text = (Path(__file__).parents[2] / "docs" / "scene_files.md").read_text(encoding="utf-8")
+    (toml,), (table,) = (re.findall(rf"^```{kind}\n(.*?)^```", text, re.DOTALL | re.MULTILINE) for kind in ("toml", "csv"))
+    (tmp_path / "release.toml").write_text(toml)
+    (tmp_path / "torrent.csv").write_text(table)
+    monkeypatch.chdir(tmp_path)
+    return text
+
+
+def test_the_files_of_the_page_run(page):
+    assert main(["run", "release.toml", "--cells", "40", "--backend", "numpy"]) == SUCCESS
+    assert fv.load("fvkit-run-release/solution.npz").t.tolist() == [5.0 * k for k in range(9)]
+
+
+@pytest.mark.parametrize(("file", "before", "after"), [("release.toml", "phi = {shape", "ph = {shape"), ("torrent.csv", "60\n", "6O\n")])
+def test_the_mistakes_of_the_page_are_told_as_it_says(file, before, after, page, capsys):
+    text = Path(file).read_text()
+    assert text.count(before) == 1
+    Path(file).write_text(text.replace(before, after))
+    assert main(["run", "release.toml"]) == MISTAKE
+    assert capsys.readouterr().err in page
+
+
+def test_the_page_names_every_key_shape_boundary_and_source(page):
+    for name in (*TOP, *FLOW, *COLUMN, *SHAPES, *BOUNDARIES, *SOURCES, *(unit for units in UNITS.values() for unit in units)):
+        assert re.search(rf"[`\"\[]{re.escape(name)}[`\"\]]", page), name
