@@ -115,7 +115,7 @@ def _quantity(table: Table, key: str, measures: str, *inside: int) -> Any:
             return _validate.real(value, key, hint="a number, a table with `shape` or `file`, or a list of them")
     inner = table.inner(key, *inside)
     if "file" in inner.data:
-        return _column(inner, key, measures)
+        return _column(inner, "b" if key == "bottom" else key, measures)
     if "shape" not in inner.data:
         raise inner.error(f"`{key}` needs `shape`, one of {', '.join(SHAPES)}, or `file`, a CSV file; got "
                           f"{', '.join(inner.data) or 'nothing'}")
@@ -135,8 +135,6 @@ def _bottom(top: Table) -> Any:
     given = top.data["bottom"]
     if isinstance(given, dict) and "from" in given:
         return BuiltInBottom(top.inner("bottom").only(("from",)).choice("from", scene_names()))
-    if isinstance(given, dict) and "file" in given:
-        return _column(top.inner("bottom"), "b", "length")
     return _quantity(top, "bottom", "length")
 
 

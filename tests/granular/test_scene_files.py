@@ -102,6 +102,18 @@ def test_a_surface_lies_over_the_bottom(tmp_path):
     np.testing.assert_allclose(seen["surface"][problem.aux_averages["b"] < 0.8], 1.0, rtol=1e-15)
 
 
+@pytest.mark.parametrize("bottom", ['[{file = "state.csv", interpolation = "linear"}, {shape = "step", at = 50, left = 0, right = 2}]',
+                                    '[{file = "state.csv", interpolation = "linear", column = "b"}, 0, {shape = "block", centre = 75, half_width = 25.5, height = 2}]'])
+def test_columns_shapes_and_numbers_add_up(bottom, folder):
+    head, tail = COMPLETE.split("[bottom]")
+    (folder / "release.toml").write_text(f"bottom = {bottom}\n{head}[boundary]{tail.split('[boundary]')[1]}")
+    scene = gr.load_scene("release.toml")
+    np.testing.assert_allclose(scene.bottom(np.array([0.0, 25.0, 60.0])), [30.0, 17.5, 6.0])
+    again = folder / "again.toml"
+    again.write_text(gr.scene_text(scene))
+    same_problem(gr.load_scene(again).problem(gr.TwoPhase, 30), scene.problem(gr.TwoPhase, 30))
+
+
 def test_outputs_by_count(folder):
     path = folder / "release.toml"
     path.write_text(COMPLETE.replace("times = [0.5, 2]", "count = 4"))
