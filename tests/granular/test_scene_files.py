@@ -375,3 +375,29 @@ def test_the_mistakes_of_the_page_are_told_as_it_says(file, before, after, page,
 def test_the_page_names_every_key_shape_boundary_and_source(page):
     for name in (*TOP, *FLOW, *COLUMN, *SHAPES, *BOUNDARIES, *SOURCES, *(unit for units in UNITS.values() for unit in units)):
         assert re.search(rf"[`\"\[]{re.escape(name)}[`\"\]]", page), name
+
+
+@attrs.frozen
+class Gate(fv.BoundaryCondition):
+    """A boundary condition with columns, for the test alone."""
+
+    times: tuple = attrs.field(converter=tuple)
+    opening: tuple = attrs.field(converter=tuple)
+    level: float | None = None
+    side: float = attrs.field(default=1.0, init=False)
+
+    def ghost(self, model, q, values):
+        return q
+
+
+def test_a_new_boundary_is_one_line_and_its_fields_may_be_lists(folder, monkeypatch):
+    monkeypatch.setitem(BOUNDARIES, "gate", Gate)
+    path = folder / "release.toml"
+    path.write_text(COMPLETE.replace('left = "wall"', 'left = {type = "gate", times = [0, 1.5], opening = [1.0, 0.5]}'))
+    scene = gr.load_scene(path)
+    assert scene.boundary[0] == Gate((0, 1.5), (1.0, 0.5))
+    path.write_text(gr.scene_text(scene))
+    assert gr.load_scene(path).boundary == scene.boundary
+    path.write_text(COMPLETE.replace('left = "wall"', 'left = {type = "gate", times = [0, 1.5], opening = [1.0], side = 1}'))
+    with pytest.raises(ValueError, match=r"line 18: unknown key `side`; .*allowed: type, times, opening, level"):
+        gr.load_scene(path)
