@@ -1,6 +1,5 @@
 """`advise`: which model, scheme and number of cells a scene needs, from its initial state alone."""
 
-from typing import Any
 
 import attrs
 import numpy as np
@@ -8,7 +7,10 @@ import numpy as np
 from fvkit import Inflow, Periodic, Wall, _validate
 from fvkit_granular.drag import ConstantDrag, Drag
 from fvkit_granular.friction import BasalFriction
-from fvkit_granular.indicators import Indicators, given_sources, indicators, sampled
+from fvkit_granular.given_flow import GivenFlow
+from fvkit_granular.indicators import Indicators, indicators, sampled
+from fvkit_granular.inflow import Hydrograph
+from fvkit_granular.outflow import Stage
 from fvkit_granular.resolution import MOST, resolution
 from fvkit_granular.scene import Scene
 
@@ -120,8 +122,7 @@ def decide(reduced: float, shallow: float, tol: float) -> str:
 
 def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...]:
     """Return why the advice may fail for this scene."""
-    sources, boundary = given_sources(scene), scene.boundary
-    sides: tuple[Any, ...] = tuple(boundary) if isinstance(boundary, (tuple, list)) else (boundary,)
+    sources, sides = scene.given_sources(), scene.sides()
     reached = numbers.speed * (1.0 + numbers.froude) * scene.t_end / (scene.interval[1] - scene.interval[0])
     found = [
         (numbers.slip > 0.8, "the slip comes near the range where speeds are complex and the problem is ill-posed"),
@@ -134,7 +135,7 @@ def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...
         (any(isinstance(side, Wall) for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
          "run is predicted"),
         (any(isinstance(side, Periodic) for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
-        (any(isinstance(side, Inflow) for side in sides), "what the inflow brings is not in the prediction"),
+        (any(isinstance(side, (Inflow, GivenFlow, Hydrograph, Stage)) for side in sides), "what the inflow brings is not in the prediction"),
         (coarse, f"the tolerance needs more than {MOST} cells"),
     ]
     return tuple(text for holds, text in found if holds)

@@ -15,7 +15,7 @@ from fvkit_granular.indicators import sampled
 from fvkit_granular.parts import MODELS
 from fvkit_granular.resolution import resolution
 from fvkit_granular.scene import Scene
-from fvkit_granular.scenes import scene
+from fvkit_granular.scene_file import SCENE_HELP, find_scene
 from fvkit_granular.validation import model_errors, report, validate
 
 #: Cells of the runs that check an advice, how many times as many measure their grid error, and how often time is taken.
@@ -27,7 +27,7 @@ def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) 
     parser = add_command(commands, "advise", lambda options: _advise(options, teller()),
                          "say which model, scheme and number of cells a scene needs, without a run",
                          "fvkit advise dam-break-phi --tol 1e-3 --check\n  fvkit advise --validate 100 --seed 1")
-    parser.add_argument("scene", nargs="?", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    parser.add_argument("scene", nargs="?", metavar="SCENE", help=SCENE_HELP)
     parser.add_argument("--tol", type=float, default=1e-3,
                         help="wanted mean error of the depth over the mean depth (default 1e-3)")
     parser.add_argument("--check", action="store_true",
@@ -49,7 +49,7 @@ def _advise(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
             tell("")
         print(report(rows))
         return SUCCESS
-    chosen = scene(options.scene)
+    chosen = find_scene(options.scene)
     advice = advise(chosen, options.tol)
     print(advice)
     if options.check:

@@ -24,6 +24,8 @@ from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
 from fvkit_granular.pictures import slip
 from fvkit_granular.scene import Reference
+from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.scene_text import scene_text
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
 from fvkit_granular.stress import command as stress_command
@@ -34,10 +36,12 @@ FRAMES = 60
 
 def register(commands: Any) -> None:
     """Add the commands to the parser of ``fvkit``."""
-    add_command(commands, "scenes", _scenes, "list the built-in scenes", "fvkit scenes")
+    listed = add_command(commands, "scenes", _scenes, "list the built-in scenes, or show one as a TOML file",
+                         "fvkit scenes --show riemann > mine.toml")
+    listed.add_argument("--show", metavar="SCENE", help="print one as TOML: a file that runs to the same result, to the bit")
     run = add_command(commands, "run", _run, "run one scene with one model and solver",
                       "fvkit run riemann --cells 800 --out result\n  fvkit run simple-wave --reconstruction mp5 --integrator dp5")
-    run.add_argument("scene", metavar="SCENE", nargs="?", help="name of a built-in scene, see fvkit scenes")
+    run.add_argument("scene", metavar="SCENE", nargs="?", help=SCENE_HELP)
     run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
     add_scheme_options(run, several=False)
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
@@ -57,7 +61,7 @@ def register(commands: Any) -> None:
                         "fvkit compare riemann --cells 100 200 400\n"
                         "  fvkit compare simple-wave --method wave-propagation method-of-lines --reconstruction mp5 weno5\n"
                         "  fvkit compare riemann --seconds 2 --plot-axes steps error.phi")
-    study.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    study.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     study.add_argument("--models", nargs="+", default=list(COMPARED), metavar="M",
                        help=f"any of {', '.join(MODELS)} (default: {' '.join(COMPARED)})")
     add_scheme_options(study, several=True)
@@ -90,6 +94,9 @@ def _common(parser: argparse.ArgumentParser, folder: str) -> None:
 
 
 def _scenes(options: argparse.Namespace) -> int:
+    if options.show is not None:
+        print(scene_text(find_scene(options.show)), end="")
+        return SUCCESS
     for name in scene_names():
         print(f"{name:19s} {scene(name).description}")
     return SUCCESS
@@ -108,20 +115,26 @@ def _run(options: argparse.Namespace) -> int:
                 raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
         solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
         return _show(options.resume.stem, solution, None, options)
-    chosen = scene(options.scene)
+    chosen = find_scene(options.scene)
     problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
     (scheme,) = schemes_of(options)
     film = None if options.animate is None else checked_film(options.animate)
-    times = None if film is None else np.linspace(problem.t_start, problem.t_end, FRAMES + 1)[1:]
+    times = chosen.times if film is None else _film_times(problem.t_end, chosen.times)
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
     stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
     solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False,
                      checkpoint=checkpoint, stop=stop, dt=options.dt, dt_max=options.dt_max, dt_initial=options.dt_initial)
-    code = _show(options.scene, solution, chosen.known_reference() if solution.status is Status.FINISHED else None, options)
+    reference = chosen.known_reference() if solution.status is Status.FINISHED else None
+    code = _show(scene_label(options.scene), solution, reference, options)
     if checkpoint is not None:
         print(f"  checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}")
     return code
+
+
+def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:
+    """Output times of a film, those of the scene among them."""
+    return tuple(np.union1d(np.linspace(0.0, t_end, FRAMES + 1)[1:], asked or ()).tolist())
 
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
@@ -188,14 +201,14 @@ def _teller() -> Callable[[str], None] | None:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    chosen = scene(options.scene)
+    chosen = find_scene(options.scene)
     models = pick(options.models, "--models", MODELS)
     tell = _teller()
     report = compare(chosen, models, cells=options.cells, repeats=options.repeats, backend=options.backend,
                      seconds=options.seconds, progress=tell, **_schemes(options))
     if tell is not None:
         tell("")
-    folder = report.save(options.out or Path(f"fvkit-compare-{options.scene}"))
+    folder = report.save(options.out or Path(f"fvkit-compare-{scene_label(options.scene)}"))
     for x, y in options.plot_axes:
         write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
     table = report.table().splitlines()

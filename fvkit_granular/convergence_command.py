@@ -11,7 +11,7 @@ from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.study.convergence import NORMS
 from fvkit_granular.parts import MODELS
-from fvkit_granular.scenes import scene
+from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.scheme_options import add_scheme_options, pick, schemes_of
 
 Teller = Callable[[], Callable[[str], None] | None]
@@ -21,7 +21,7 @@ def register(commands: Any, teller: Teller) -> None:
     """Add the command; ``teller()`` returns what shows progress."""
     parser = add_command(commands, "convergence", partial(_convergence, teller), "measure the order of one scheme on one scene",
                          "fvkit convergence slip-over-bottom --riemann roe --reconstruction mp5 --integrator dp5 --expect 4.8")
-    parser.add_argument("scene", metavar="SCENE", help="name of a built-in scene, see fvkit scenes")
+    parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     parser.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
     add_scheme_options(parser, several=False)
     parser.add_argument("--cells", nargs="+", type=int, default=[50, 100, 200, 400], metavar="N",
@@ -34,7 +34,7 @@ def register(commands: Any, teller: Teller) -> None:
 
 
 def _convergence(teller: Teller, options: argparse.Namespace) -> int:
-    chosen = scene(options.scene)
+    chosen = find_scene(options.scene)
     model = pick([options.model], "--model", MODELS)[0]
     (scheme,) = schemes_of(options)
     tell = teller()
@@ -42,7 +42,7 @@ def _convergence(teller: Teller, options: argparse.Namespace) -> int:
                         backend=options.backend, progress=tell)
     if tell is not None:
         tell("")
-    print(f"scene {options.scene}: {found}")
+    print(f"scene {scene_label(options.scene)}: {found}")
     if options.out is not None:
         print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")
     if options.expect is None:

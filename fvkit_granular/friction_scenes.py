@@ -9,6 +9,8 @@ from fvkit import Periodic
 from fvkit_granular.drag import ConstantDrag, PitmanLeDrag
 from fvkit_granular.friction import CoulombFriction
 from fvkit_granular.scene import Flow, FunctionReference, Scene
+from fvkit_granular.shaped_flow import ShapedFlow
+from fvkit_granular.shapes import Block, Plane, Step
 
 #: Density of air over that of grains: dry piles carry their full weight in every model, to 0.05 %.
 AIR = 5e-4
@@ -30,7 +32,7 @@ def pile() -> Scene:
 def toe() -> Scene:
     """A pile on a slope with a dry toe below it."""
     return _resting(lambda x: {"h": np.maximum(0.0, 1.0 - 0.25 * np.abs(x)), "phi": 1.0}, interval=(-6.0, 6.0), t_end=1.0,
-                    bottom=lambda x: 0.3 * x, gamma=AIR, sources=CoulombFriction(0.6), name="toe",
+                    bottom=Plane(0.3), gamma=AIR, sources=CoulombFriction(0.6), name="toe",
                     description="dry pile h = 1 - |x|/4 on a bed of slope 0.3, nu = 0.6, in air (constructed here): its "
                     "surface is 0.55 steep at most, so it rests, its thin downslope end too")
 
@@ -55,8 +57,8 @@ def sliding_dam_break() -> Scene:
                                  "the ends of the interval are open, which is no flow on a slope, and send waves 2.6 m inwards",
                                  at=at)
 
-    return Scene((-15.0, 15.0), t_end=0.5, initial=lambda x: {"h": np.where(x < 0.0, 2.0, 1.0), "phi": phi, "vs": v0, "vf": v0},
-                 bottom=lambda x: -slope * x, sources=(CoulombFriction(nu), ConstantDrag(1e9)), reference=reference,
+    return Scene((-15.0, 15.0), t_end=0.5, initial=ShapedFlow(Step(0.0, 2.0, 1.0), phi=phi, vs=v0, vf=v0),
+                 bottom=Plane(-slope), sources=(CoulombFriction(nu), ConstantDrag(1e9)), reference=reference,
                  name="sliding-dam-break",
                  description="dam break 2 m | 1 m, phi = 0.6, that slides at 1 m/s at first down a plane of slope 0.6, nu = "
                  "0.5, phases bound by drag (constructed here after Mangeney, Heinrich and Roche 2000)")
@@ -64,7 +66,7 @@ def sliding_dam_break() -> Scene:
 
 def column_collapse() -> Scene:
     """A column of dry grains that collapses and comes to rest."""
-    return Scene((-4.0, 4.0), t_end=3.0, initial=lambda x: {"h": np.where(np.abs(x) < 0.5, 1.0, 0.0), "phi": 1.0}, gamma=AIR,
+    return Scene((-4.0, 4.0), t_end=3.0, initial=ShapedFlow(Block(0.0, 0.5, 1.0), phi=1.0), gamma=AIR,
                  sources=CoulombFriction(0.5), name="column-collapse",
                  description="column of dry grains, 1 m high and wide, on a level bed, nu = 0.5, in air (constructed here): "
                  "comes to rest, exactly, with no slope above nu")
@@ -84,7 +86,7 @@ def block_stop() -> Scene:
         return FunctionReference("exact", "v = max(2 - nu g t, 0), exactly 0 from 0.408 s on; two phases and the reduced model, "
                                  "with the buoyancy of air, stop 0.2 ms later", at=at)
 
-    return Scene((0.0, 1.0), t_end=0.5, initial=lambda x: {"h": 1.0, "phi": 1.0, "vs": v0}, boundary=Periodic(), gamma=AIR,
+    return Scene((0.0, 1.0), t_end=0.5, initial=ShapedFlow(1.0, phi=1.0, vs=v0), boundary=Periodic(), gamma=AIR,
                  sources=CoulombFriction(nu), reference=reference, name="block-stop",
                  description="layer of dry grains that slides at 2 m/s on a level bed, nu = 0.5, in air (classical): stops at "
                  "0.408 s")

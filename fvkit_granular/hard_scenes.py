@@ -8,7 +8,9 @@ import numpy as np
 
 from fvkit import Periodic, Wall
 from fvkit_granular.drag import ConstantDrag
-from fvkit_granular.scene import FunctionReference, Scene
+from fvkit_granular.scene import FunctionReference, Scene, two_states
+from fvkit_granular.shaped_flow import ShapedFlow
+from fvkit_granular.shapes import Block
 
 #: Solid fraction where it is uniform.
 PHI = 0.6
@@ -21,24 +23,11 @@ ABSENT = {
 }
 
 
-def one_phase(depth: Callable[[np.ndarray], Any], speed: Any = 0.0) -> Callable[[np.ndarray], dict[str, Any]]:
-    """Return a flow with uniform phi and one velocity, a number or a function."""
-    def flow(x: np.ndarray) -> dict[str, Any]:
-        v = speed(x) if callable(speed) else speed
-        return {"h": depth(x), "phi": PHI, "vs": v, "vf": v}
-
-    return flow
-
-
-def halves(left: float, right: float) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function that is ``left`` for x < 0 and ``right`` beyond."""
-    return lambda x: np.where(x < 0.0, left, right)
-
-
 def _dam_break(name: str, depths: tuple[float, float], speeds: tuple[float, float], description: str, half: float = 5.0,
                t_end: float = 0.5) -> Scene:
     """A Riemann problem of shallow water with uniform phi, and its exact solution."""
-    return Scene((-half, half), t_end, one_phase(halves(*depths), halves(*speeds)), name=name, description=description,
+    left, right = ({"h": depth, "phi": PHI, "vs": speed, "vf": speed} for depth, speed in zip(depths, speeds, strict=True))
+    return Scene((-half, half), t_end, two_states(left, right), name=name, description=description,
                  reference=partial(one_phase_riemann, depths, speeds, PHI))
 
 
@@ -99,12 +88,11 @@ def island(emerged: str = "hump") -> Scene:
     ----------
     emerged : ``"hump"``, in treads of 2 cm, so that on multiples of 100 cells none is wet in part; or ``"step"``, a block.
     """
-    def bottom(x: np.ndarray) -> np.ndarray:
-        if emerged == "step":
-            return np.where(np.abs(x - 1.0) < 0.28, 1.3, 0.0)
+    def treads(x: np.ndarray) -> np.ndarray:
         return 1.2 * np.exp(-(((np.floor(50.0 * x) / 50.0 - 0.99) / 0.25) ** 2))
 
-    flow = one_phase(lambda x: np.maximum(1.0 - bottom(x), 0.0))
+    bottom = treads if emerged == "hump" else Block(1.0, 0.28, 1.3)
+    flow = ShapedFlow(surface=1.0, phi=PHI, bottom=bottom)
     name = "island" if emerged == "hump" else "island-step"
     return Scene((0.0, 2.0), 2.0, flow, bottom=bottom, boundary=Wall(), name=name,
                  reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x)),
@@ -148,7 +136,7 @@ def stiff_drag() -> Scene:
                                  at=lambda x, t: {**{k: solved.at(x, t)[k] for k in ("h", "phi")},
                                                   "vs": solved.at(x, t)["v"], "vf": solved.at(x, t)["v"]})
 
-    return Scene((-5.0, 5.0), 0.5, lambda x: {"h": halves(3.0, 2.0)(x), "phi": halves(0.7, 0.4)(x)}, sources=ConstantDrag(D=1e8),
+    return Scene((-5.0, 5.0), 0.5, two_states({"h": 3.0, "phi": 0.7}, {"h": 2.0, "phi": 0.4}), sources=ConstantDrag(D=1e8),
                  reference=reference, name="stiff-drag",
                  description="dam break with a jump of phi and drag of 1e8 1/s: the reduced model's solution (constructed here)")
 
@@ -157,7 +145,7 @@ def absent(name: str) -> Scene:
     """A Riemann problem from rest in which a phase, or everything, is absent on one side; Ritter's where one side is dry."""
     (hl, phil), (hr, phir) = ABSENT[name]
     ritter = partial(one_phase_riemann, (hl, hr), (0.0, 0.0), phil if hl > hr else phir)
-    return Scene((-5.0, 5.0), 0.3, lambda x: {"h": halves(hl, hr)(x), "phi": halves(phil, phir)(x)}, name=name,
+    return Scene((-5.0, 5.0), 0.3, two_states({"h": hl, "phi": phil}, {"h": hr, "phi": phir}), name=name,
                  reference=ritter if min(hl, hr) < 1e-200 else None,
                  description=f"(h, phi) = ({hl:g}, {phil:g}) | ({hr:g}, {phir:g}) from rest: absent phases (constructed here)")
 

@@ -35,7 +35,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import Periodic, Source, maximum
+from fvkit import Periodic, maximum
 from fvkit_granular.drag import Drag
 from fvkit_granular.friction import BasalFriction
 from fvkit_granular.reduced import Reduced
@@ -91,11 +91,6 @@ def sampled(scene: Scene) -> dict[str, np.ndarray]:
     given["b"] = b[(np.arange(POINTS) * b.size) // POINTS] if np.ndim(b) else b
     return {"x": x} | {name: np.array(np.broadcast_to(given[name], x.shape), dtype=float)
                        for name in ("h", "phi", "vs", "vf", "b")}
-
-
-def given_sources(scene: Scene) -> tuple[Source, ...]:
-    """Return the sources of a scene as a tuple."""
-    return tuple(scene.sources) if isinstance(scene.sources, (tuple, list)) else (scene.sources,)
 
 
 def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indicators:
@@ -157,8 +152,7 @@ def around(x: np.ndarray, values: np.ndarray, y: float, period: float | None = N
 
 def period_of(scene: Scene) -> float | None:
     """Return the length of a periodic interval, m; None where its ends are others."""
-    sides = scene.boundary if isinstance(scene.boundary, (tuple, list)) else (scene.boundary,)
-    return scene.interval[1] - scene.interval[0] if isinstance(sides[0], Periodic) else None
+    return scene.interval[1] - scene.interval[0] if isinstance(scene.sides()[0], Periodic) else None
 
 
 def _rate(scene: Scene, phi: float, slip: float) -> float:
@@ -166,7 +160,7 @@ def _rate(scene: Scene, phi: float, slip: float) -> float:
     if not 0.0 < phi < 1.0:
         return 0.0
     model: Any = scene.model(TwoPhase)
-    drag = sum(float(law.bounded(model, phi, slip)) for law in given_sources(scene) if isinstance(law, Drag))
+    drag = sum(float(law.bounded(model, phi, slip)) for law in scene.given_sources() if isinstance(law, Drag))
     return drag * float(drag_rate(phi, 1.0 - phi, scene.gamma))
 
 
@@ -174,7 +168,7 @@ def _friction(scene: Scene, state: dict[str, np.ndarray], wet: np.ndarray, a: fl
               tau: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the slip that friction makes, and the excess of velocity of shallow water for want of its buoyancy, m/s."""
     x, time, period = state["x"], scene.t_end, period_of(scene)
-    laws = [law for law in given_sources(scene) if isinstance(law, BasalFriction)]
+    laws = [law for law in scene.given_sources() if isinstance(law, BasalFriction)]
     if not laws:
         return np.zeros_like(x), np.zeros_like(x)
     rho = state["phi"] + scene.gamma * (1.0 - state["phi"])

@@ -1,6 +1,7 @@
 """`Hydrograph`: a discharge that enters, as a table says, to the last drop."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -8,6 +9,7 @@ import numpy as np
 
 from fvkit import BoundaryCondition, Grid, Model, _validate, maximum
 from fvkit.pointwise import combine
+from fvkit_granular.columns import read_columns
 
 
 def _table(value: Any, field: Any) -> tuple[float, ...]:
@@ -66,6 +68,22 @@ class Hydrograph(BoundaryCondition):
                              "what flows out is for fv.Outflow or gr.Stage")
         if not 0.0 <= min(self.phi) <= max(self.phi) <= 1.0:
             raise ValueError(f"`phi` of a Hydrograph must be in [0, 1], got {list(self.phi)}")
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Hydrograph":
+        """Return the hydrograph of a CSV file with columns ``t [s]`` (or min, h), ``discharge [m2/s]``, ``phi [-]`` (or %).
+
+        Raises
+        ------
+        ValueError
+            With file, line and column.
+        FileNotFoundError
+            Where there is no such file.
+        """
+        table = read_columns(path)
+        times = table.ascending("t", "time", "for a jump put two rows close together")
+        columns: tuple[Any, ...] = times, table.column("discharge", "discharge"), table.column("phi", "share")
+        return cls(*columns)
 
     @property
     def steady(self) -> bool:

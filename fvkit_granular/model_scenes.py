@@ -11,6 +11,7 @@ import numpy as np
 
 from fvkit import Periodic
 from fvkit_granular.scene import FunctionReference, Scene, two_states
+from fvkit_granular.shapes import Step
 
 
 def slip_over_bottom() -> Scene:
@@ -81,7 +82,7 @@ def two_layer_rest(perturbed: bool = False) -> Scene:
 def two_layer_step() -> Scene:
     """T7: dam break of both layers at a step of the bottom."""
     return Scene((0.0, 20.0), t_end=1.0, gamma=0.9, initial=two_states(layers(2.0, 2.0), layers(1.5, 1.0), 10.0),
-                 bottom=lambda x: np.where(x < 10.0, 0.0, 0.5), name="two-layer-step",
+                 bottom=Step(10.0, 0.0, 0.5), name="two-layer-step",
                  description="for TwoLayer: interface 2 m | 1.5 m, surface 4 m | 3 m, bottom 0 | 0.5 m, from rest (levels seen "
                  "in a public test case, interval and time chosen here)")
 

@@ -10,6 +10,8 @@ import numpy as np
 from fvkit import Grid, Model, Outflow, Problem, Source, _validate
 from fvkit.quadrature import cell_averages
 from fvkit.solution import Solution
+from fvkit_granular.shaped_flow import ShapedFlow
+from fvkit_granular.shapes import Step
 
 #: The only kinds of reference.
 KINDS = ("exact", "semi-exact", "self-converged")
@@ -31,9 +33,9 @@ def conserved(model: Model, flow: Flow) -> Callable[[np.ndarray], np.ndarray]:
     return values
 
 
-def two_states(left: Mapping[str, float], right: Mapping[str, float], at: float = 0.0) -> Flow:
+def two_states(left: Mapping[str, float], right: Mapping[str, float], at: float = 0.0) -> ShapedFlow:
     """Return the flow of two uniform states with a jump at x = ``at``, m."""
-    return lambda x: {name: np.where(x < at, left[name], right[name]) for name in left}
+    return ShapedFlow(**{name: Step(at, left[name], right[name]) if left[name] != right[name] else left[name] for name in left})
 
 
 def _kind(value: Any) -> Any:
@@ -111,6 +113,13 @@ def _interval(value: Any) -> tuple[float, float]:
     return _validate.real(value[0], "interval[0]"), _validate.real(value[1], "interval[1]", above=float(value[0]))
 
 
+def _times(value: Any) -> tuple[float, ...]:
+    times = _validate.array(value, "times")
+    if times.ndim != 1 or not times.size or times[0] <= 0.0 or (np.diff(times) <= 0.0).any():
+        raise ValueError(f"`times` must be a list of positive times that ascend, or None for the end alone, got {value!r}")
+    return tuple(times.tolist())
+
+
 @attrs.frozen(eq=False)
 class Scene:
     """A flow to be computed, in physical terms, for any of the models.
@@ -127,6 +136,7 @@ class Scene:
     gamma : density ratio fluid/solid in (0, 1).
     reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
     name, description : for lists and reports; the description tells where the case comes from.
+    times : output times of ``fvkit run``, s, ascending; None for the end alone.
     """
 
     interval: tuple[float, float] = attrs.field(converter=_interval)
@@ -140,6 +150,7 @@ class Scene:
     reference: Reference | Callable[["Scene"], Reference] | None = attrs.field(default=None, repr=False)
     name: str = ""
     description: str = ""
+    times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
 
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
@@ -150,11 +161,19 @@ class Scene:
     def problem(self, model: Any, cells: int) -> Problem:
         """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells."""
         chosen = self.model(model)
-        given = self.sources if isinstance(self.sources, (tuple, list)) else (self.sources,)
-        sources = tuple(source for source in given
+        sources = tuple(source for source in self.given_sources()
                         if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
         return Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial), self.t_end,
                        aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+
+    def given_sources(self) -> tuple[Any, ...]:
+        """Return the sources, also where there is one or none."""
+        return tuple(self.sources) if isinstance(self.sources, (tuple, list)) else (self.sources,)
+
+    def sides(self) -> tuple[Any, Any]:
+        """Return the boundary conditions (left, right)."""
+        left, right = self.boundary if isinstance(self.boundary, (tuple, list)) else (self.boundary, self.boundary)
+        return left, right
 
     def known_reference(self) -> Reference | None:
         """Return the reference, made now if the scene only knows how to make it; None if there is none."""

@@ -13,7 +13,7 @@ from fvkit.backends import BACKENDS
 from fvkit.names import INTEGRATORS, LIMITERS, RECONSTRUCTIONS
 from fvkit_granular.parts import MODELS, RIEMANN
 from fvkit_granular.scene import Flow, Scene
-from fvkit_granular.scenes import scene_factory
+from fvkit_granular.scene_file import find_factory
 from fvkit_granular.two_phase import TwoPhase
 
 #: Fields of a scene that are parameters.
@@ -28,11 +28,11 @@ NAMED = {"riemann": RIEMANN, "limiter": LIMITERS, "reconstruction": RECONSTRUCTI
 
 def _factory(given: Any) -> Any:
     if isinstance(given, str):
-        scene_factory(given)
+        find_factory(given)
         return given
     if not callable(given):
-        raise TypeError("`scene` must be the name of a built-in scene, or a function that returns a gr.Scene (at the top level "
-                        f"of a module, for processes), got {given!r}")
+        raise TypeError("`scene` must be the name of a built-in scene, the path of a .toml file, or a function that returns a "
+                        f"gr.Scene (at the top level of a module, for processes), got {given!r}")
     return given
 
 
@@ -42,7 +42,7 @@ class SceneRun:
 
     Parameters
     ----------
-    scene : name of a built-in scene, or a function that returns a `Scene`.
+    scene : name of a built-in scene, path of a TOML file, or a function that returns a `Scene`.
     model : instance, or class that gets the scene's g and gamma.
     scheme : None for second-order wave propagation with the model's default solver.
     cells : number of cells.
@@ -96,7 +96,7 @@ class SceneRun:
 
     def names(self, scene: Scene, model: Model) -> list[str]:
         """Return the parameters that a call may have, without those of the scheme."""
-        sources = _sources(scene)
+        sources = scene.given_sources()
         return [*self._arguments(), *PHYSICS, *(f"initial.{name}" for name in FLOW), "cells", "model",
                 *(f"model.{name}" for name in model.parameter_names()),
                 *dict.fromkeys(f"sources.{name}" for source in sources for name in source.parameter_names()), "scheme.cfl"]
@@ -106,7 +106,7 @@ class SceneRun:
 
     @property
     def _make(self) -> Callable[..., Scene]:
-        return scene_factory(self.scene) if isinstance(self.scene, str) else self.scene
+        return find_factory(self.scene) if isinstance(self.scene, str) else self.scene
 
     def _scene(self, left: dict[str, Any]) -> Scene:
         scene = self._make(**{name: left.pop(name) for name in self._arguments() if name in left})
@@ -115,7 +115,7 @@ class SceneRun:
         factors = {name: left.pop(f"initial.{name}") for name in FLOW if f"initial.{name}" in left}
         if factors:
             changes["initial"] = partial(_scaled, scene.initial, factors)
-        sources = _sources(scene)
+        sources = list(scene.given_sources())
         for name in [name for name in left if name.startswith("sources.")]:
             _change_source(sources, name, left.pop(name))
         return attrs.evolve(scene, sources=tuple(sources), **changes)
@@ -128,10 +128,6 @@ class SceneRun:
         known = model.parameter_names()
         fields = {name: left.pop(f"model.{name}") for name in known if f"model.{name}" in left}
         return attrs.evolve(model, **fields)
-
-
-def _sources(scene: Scene) -> list[Any]:
-    return list(scene.sources) if isinstance(scene.sources, (tuple, list)) else [scene.sources]
 
 
 def _scaled(initial: Flow, factors: Mapping[str, float], x: np.ndarray) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from fvkit_granular.hard_scenes import HARD_SCENES
 from fvkit_granular.model_scenes import MODEL_SCENES
 from fvkit_granular.moving_scenes import MOVING_SCENES
 from fvkit_granular.scene import FunctionReference, Scene, two_states
+from fvkit_granular.shaped_flow import ShapedFlow
+from fvkit_granular.shapes import Step, Steps
 
 
 def scene_names() -> tuple[str, ...]:
@@ -82,7 +84,7 @@ def dam_break() -> Scene:
         return FunctionReference("exact", "Stoker's dam break: exact for all models where phi is uniform and vs = vf",
                                  at=lambda x, t: _one_velocity(solved.at(x, t), 0.6))
 
-    return Scene((-5.0, 5.0), t_end=0.5, initial=lambda x: {"h": np.where(x < 0.0, 2.0, 1.0), "phi": 0.6}, reference=reference,
+    return Scene((-5.0, 5.0), t_end=0.5, initial=ShapedFlow(Step(0.0, 2.0, 1.0), phi=0.6), reference=reference,
                  name="dam-break", description="Stoker's dam break 2 m | 1 m with uniform phi = 0.6 (classical)")
 
 
@@ -106,9 +108,7 @@ def simple_wave() -> Scene:
 
 def rest() -> Scene:
     """E1: a lake at rest over a smooth bump and over steps."""
-    def flow(x: np.ndarray) -> dict[str, Any]:
-        return {"h": 1.0 - rest_bottom(x), "phi": 0.6}
-
+    flow = ShapedFlow(surface=1.0, phi=0.6, bottom=rest_bottom)
     return Scene((0.0, 2.0), t_end=0.5, initial=flow, bottom=rest_bottom,
                  reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x)),
                  name="rest", description="lake at rest over a smooth bump (x = 1.5) and two 0.4 m steps (x = 0.7, 1.3), "
@@ -132,11 +132,9 @@ def perturbed_rest(eps: float = 0.01) -> Scene:
     ----------
     eps : height of the perturbation of the surface on 0.1 < x < 0.2, m.
     """
-    def flow(x: np.ndarray) -> dict[str, Any]:
-        surface = 1.0 + np.where((x > 0.1) & (x < 0.2), eps, 0.0)
-        return {"h": surface - bump(x, 0.5), "phi": 0.6}
-
-    return Scene((-1.0, 1.0), t_end=0.7, initial=flow, bottom=lambda x: bump(x, 0.5), g=1.0, name="perturbed-rest",
+    bottom = partial(bump, centre=0.5)
+    flow = ShapedFlow(surface=Steps([0.1, 0.2], [1.0, 1.0 + eps, 1.0]), phi=0.6, bottom=bottom)
+    return Scene((-1.0, 1.0), t_end=0.7, initial=flow, bottom=bottom, g=1.0, name="perturbed-rest",
                  description=f"surface raised by {eps:g} m on 0.1 < x < 0.2 over a bump, g = 1, phi = 0.6 (LeVeque 1998; "
                  "eps = 0.01 seen in a public test case, eps = 0.2 remembered); the answer equals the single-phase one")
 

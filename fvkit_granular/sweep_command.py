@@ -1,4 +1,4 @@
-"""``fvkit sweep``: a sweep over a built-in scene, written down in a TOML file."""
+"""``fvkit sweep``: a sweep over a scene, written down in a TOML file."""
 
 import argparse
 import sys
@@ -13,6 +13,7 @@ from fvkit import Keep, Samples, Scheme, _validate, sweep
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.sweeps import SweepResult
 from fvkit_granular.parts import MODELS
+from fvkit_granular.scene_file import SUFFIX
 from fvkit_granular.scene_run import SceneRun
 from fvkit_granular.scheme_options import schemes_of
 
@@ -110,11 +111,16 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
             raise ValueError(f"{path.name} needs the key `{key}`")
     plan = DEFAULTS | given
     model = MODELS[_validate.choice(plan["model"], "model", MODELS)]
-    run = SceneRun(plan["scene"], model, _scheme(plan["scheme"]), plan["cells"], backend=plan["backend"])
+    run = SceneRun(_scene(plan["scene"], path.parent), model, _scheme(plan["scheme"]), plan["cells"], backend=plan["backend"])
     samples, keep = _samples(plan), Keep(plan["outputs"])
     problem, _ = run.setup(samples[0])
     keep.check(problem.model.observables(problem.q0, problem.aux_averages))
     return run, keep, samples
+
+
+def _scene(given: Any, folder: Path) -> Any:
+    """The name of a built-in scene, or the path of a scene file, which a sweep names relative to its own folder."""
+    return str(folder / given) if isinstance(given, str) and given.endswith(SUFFIX) else given
 
 
 def _samples(plan: Mapping[str, Any]) -> Samples:

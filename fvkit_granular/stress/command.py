@@ -11,7 +11,8 @@ from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import write_whole
 from fvkit.study.layout import plain, table
-from fvkit_granular.stress.cases import CASES
+from fvkit_granular.scene_file import find_scene
+from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.randomly import HIGH, random_stress
 from fvkit_granular.stress.suite import MODELS, SOLVERS, stress
 
@@ -20,9 +21,12 @@ def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) 
     """Add the command; ``teller`` gives the function that shows progress."""
     parser = add_command(commands, "stress", lambda options: _stress(options, teller()),
                          "run every hard scene with models, solvers, orders and backends, and judge each run",
-                         "fvkit stress --scenes island dry-dam-break\n  fvkit stress --random 10000 --riemann relaxation roe")
+                         "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full\n"
+                         "  fvkit stress --random 10000 --riemann relaxation roe")
+    parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes, or scene files that end in .toml (default: all "
+                        "hard scenes)")
     parser.add_argument("--full", action="store_true", help="every combination (default: every pair of settings)")
-    parser.add_argument("--scenes", nargs="+", metavar="S", help=f"any of {', '.join(CASES)} (default: all)")
+    parser.add_argument("--scenes", nargs="+", metavar="S", help=f"the same, as an option: hard scenes are {', '.join(CASES)}")
     parser.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
     parser.add_argument("--random", type=int, metavar="N", help="run N random Riemann problems in a box instead")
     parser.add_argument("--seed", type=int, default=1, help="seed of the random problems (default 1)")
@@ -37,7 +41,11 @@ def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) 
 
 
 def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> int:
-    for names, argument, known in ((options.scenes, "--scenes", CASES), (options.backends, "--backends", BACKENDS[1:]),
+    scenes = [*options.scene, *(options.scenes or ())]
+    for name in scenes:
+        case_of(name)
+        find_scene(name)
+    for names, argument, known in ((options.backends, "--backends", BACKENDS[1:]),
                                    (options.models, "--models", MODELS), (options.riemann, "--riemann", SOLVERS)):
         for name in names or ():
             _validate.choice(name, argument, known)
@@ -47,7 +55,7 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
         _validate.whole(options.workers, "--workers", at_least=1)
     if options.random is not None:
         return _random(options, tell)
-    report = stress(options.full, options.scenes, backends=options.backends, workers=options.workers, progress=tell)
+    report = stress(options.full, scenes or None, backends=options.backends, workers=options.workers, progress=tell)
     folder = report.save(options.out)
     if tell is not None:
         tell("")

@@ -13,14 +13,17 @@ from fvkit.study.covering import covering
 from fvkit.study.report import environment
 from fvkit_granular.parts import MODELS
 from fvkit_granular.parts import RIEMANN as SOLVERS
-from fvkit_granular.scenes import scene
-from fvkit_granular.stress.cases import CASES
+from fvkit_granular.scene_file import find_scene
+from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.checks import Check, Run, finished, masses_kept, never_negative
 from fvkit_granular.stress.limits import LIMITS
 from fvkit_granular.stress.report import StressReport
 
 #: A run is given up after this many times its nominal steps.
 GIVE_UP = 100
+
+#: Steps after which a run is given up where its nominal steps tell nothing.
+MOST_STEPS = 1_000_000
 
 AXES = ("scene", "model", "riemann", "order", "backend")
 
@@ -29,7 +32,7 @@ Tell = Callable[[str], None]
 
 def fits(choice: dict[str, Any]) -> bool:
     """Whether a combination makes sense: the scene is for the model, and the solver serves it."""
-    models = CASES[choice["scene"]].models if "scene" in choice else tuple(MODELS)
+    models = case_of(choice["scene"]).models if "scene" in choice else tuple(MODELS)
     if choice.get("model", models[0]) not in models:
         return False
     return "riemann" not in choice or "model" not in choice or SOLVERS[choice["riemann"]].serves(MODELS[choice["model"]])
@@ -49,7 +52,7 @@ def stress(full: bool = False, scenes: Sequence[str] | None = None, *, backends:
     Parameters
     ----------
     full : every combination; else so few that every pair of settings occurs.
-    scenes : names of hard scenes; all by default.
+    scenes : names of hard scenes, and scene files (.toml); all hard scenes by default.
     backends : ``"numba"`` and ``"numpy"``; default: those installed.
     workers : processes; default: one per processor.
     progress : function that receives a line of text after each run.
@@ -88,17 +91,17 @@ def run_case(scene: str, model: str, riemann: str, order: int, backend: str) -> 
     """Make one run and judge it."""
     choice = {"scene": scene, "model": model, "riemann": riemann, "order": order, "backend": backend}
     run = make_run(choice)
-    further = CASES[scene].every_judge() if run.solution.success else ()
+    further = case_of(scene).every_judge() if run.solution.success else ()
     checks = [judge(run) for judge in (finished, never_negative, masses_kept, *further)]
     stats = run.solution.stats
-    return {**choice, "cells": CASES[scene].cells, "status": run.solution.status.name.lower(), "steps": stats.steps,
+    return {**choice, "cells": case_of(scene).cells, "status": run.solution.status.name.lower(), "steps": stats.steps,
             "nominal": run.nominal, "seconds": stats.seconds, "nonhyperbolic_faces": stats.nonhyperbolic_faces,
             "checks": [{**check._asdict(), "passed": check.passed} for check in checks], "verdict": verdict(choice, checks)}
 
 
 def make_run(choice: dict[str, Any]) -> Run:
     """Solve the scene of a combination."""
-    chosen, case = scene(choice["scene"]), CASES[choice["scene"]]
+    chosen, case = find_scene(choice["scene"]), case_of(choice["scene"])
     problem = chosen.problem(MODELS[choice["model"]], case.cells)
     scheme = WavePropagation(SOLVERS[choice["riemann"]](), order=choice["order"])
     stepper = Stepper(problem, scheme, choice["backend"], nonhyperbolic="ignore")
@@ -108,7 +111,7 @@ def make_run(choice: dict[str, Any]) -> Run:
         first = problem.t_end - problem.t_start  # `solve` below fails alike, and says how
     nominal = (problem.t_end - problem.t_start) / first
     solution = solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
-                     max_steps=int(GIVE_UP * nominal) + 100)
+                     max_steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100)
     return Run(chosen, problem, choice["order"], solution, nominal)
 
 

@@ -102,8 +102,8 @@ def test_a_run_that_fails_at_once_is_a_row(monkeypatch):
 
     from tests.cases import Fading
 
-    broken = attrs.evolve(suite.scene("tiny-depth"), sources=Fading())
-    monkeypatch.setattr(suite, "scene", lambda name: broken)
+    broken = attrs.evolve(suite.find_scene("tiny-depth"), sources=Fading())
+    monkeypatch.setattr(suite, "find_scene", lambda name: broken)
     row = suite.run_case("tiny-depth", "shallow-water", "relaxation", 1, "numpy")
     assert row["verdict"] == "FAIL"
     assert row["status"] == "non_finite"

@@ -1,0 +1,203 @@
+"""`Profile`: a function of x from two columns of a CSV file, units and interpolation stated."""
+
+import csv
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import attrs
+import numpy as np
+
+from fvkit import _validate
+from fvkit_granular.shapes import Shape
+
+#: Units by what they measure, and what one of them is in SI.
+UNITS: dict[str, dict[str, float]] = {
+    "length": {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001},
+    "speed": {"m/s": 1.0, "km/h": 1.0 / 3.6},
+    "share": {"-": 1.0, "%": 0.01},
+    "time": {"s": 1.0, "min": 60.0, "h": 3600.0},
+    "discharge": {"m2/s": 1.0},
+}
+
+INTERPOLATIONS = ("linear", "constant")
+
+#: Larger files are refused, bytes.
+LARGEST = 10_000_000
+
+
+class Columns(NamedTuple):
+    """The contents of a CSV file.
+
+    Parameters
+    ----------
+    path : the file, as it was named.
+    units : {name of a column: its unit}.
+    values : {name of a column: (rows,) numbers in that unit}.
+    lines : (rows,) line of each row in the file.
+    """
+
+    path: Path
+    units: dict[str, str]
+    values: dict[str, np.ndarray]
+    lines: list[int]
+
+    def ascending(self, name: str, measures: str, otherwise: str) -> np.ndarray:
+        """Return a column that must ascend, in SI units; ``otherwise`` is the advice for one that does not.
+
+        Raises
+        ------
+        ValueError
+            As `column`; for a row that does not ascend, with its line.
+        """
+        values = self.column(name, measures)
+        falls = np.flatnonzero(np.diff(values) <= 0.0)
+        if falls.size:
+            row = int(falls[0]) + 1
+            unit = next(iter(UNITS[measures]))
+            raise ValueError(f"{self.path}, line {self.lines[row]}, column `{name}`: {name} must ascend, got {values[row]:.10g} "
+                             f"{unit} after {values[row - 1]:.10g} {unit}; {otherwise}")
+        return values
+
+    def column(self, name: str, measures: str) -> np.ndarray:
+        """Return a column in SI units.
+
+        Raises
+        ------
+        ValueError
+            For a missing column, or one in a unit that does not measure that.
+        """
+        if name not in self.values:
+            _validate.choice(name, f"column of {self.path}", self.values)
+        known = UNITS[measures]
+        if self.units[name] not in known:
+            raise ValueError(f"{self.path}: column `{name}` must be a {measures} in one of {', '.join(known)}; got "
+                             f"{name} [{self.units[name]}]")
+        return self.values[name] * known[self.units[name]]
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file of at most 10 MB in UTF-8, or raise ValueError or OSError."""
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no file {path}")
+    if path.stat().st_size > LARGEST:
+        raise ValueError(f"{path} is larger than {LARGEST / 1e6:g} MB")
+    data = path.read_bytes()
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ValueError(f"{path}, line {line}: this is not UTF-8: save the file in that encoding") from None
+
+
+def read_columns(path: str | Path) -> Columns:
+    """Read a CSV file: commas, decimal points, and a header with names and units such as ``x [m], h [m], phi [-]``.
+
+    Empty lines and lines that start with ``#`` are left out.
+
+    Parameters
+    ----------
+    path : the file, UTF-8, at most 10 MB.
+
+    Raises
+    ------
+    ValueError
+        With file, line and column, for what is not such a file.
+    FileNotFoundError
+        Where there is none.
+    """
+    place = Path(path)
+    lines = [(number, line) for number, line in enumerate(text_of(place).splitlines(), start=1)
+             if line.strip() and not line.lstrip().startswith("#")]
+    if len(lines) < 2:
+        raise ValueError(f"{place}: a header such as `x [m], b [m]` and rows of numbers are needed, got {len(lines)} lines")
+    units = _header(place, *lines[0])
+    names, rows = list(units), []
+    for number, line in lines[1:]:
+        cells = next(csv.reader([line]))
+        if len(cells) != len(names):
+            raise ValueError(f"{place}, line {number}: {len(names)} values are needed ({', '.join(names)}), got {len(cells)}; "
+                             "columns are separated by commas, decimals by points")
+        rows.append([_number(cell, f"{place}, line {number}, column `{name}`")
+                     for cell, name in zip(cells, names, strict=True)])
+    values = np.array(rows).T
+    return Columns(place, units, dict(zip(names, values, strict=True)), [number for number, _ in lines[1:]])
+
+
+def _header(path: Path, number: int, line: str) -> dict[str, str]:
+    units: dict[str, str] = {}
+    for cell in next(csv.reader([line])):
+        name, bracket, rest = cell.strip().partition("[")
+        name, unit = name.strip(), rest.strip().removesuffix("]").strip()
+        if not name or not bracket or ";" in cell or not rest.strip().endswith("]"):
+            raise ValueError(f"{path}, line {number}: a header names columns and units, such as `x [m], phi [-]`, separated by "
+                             f"commas; got {cell.strip()!r}")
+        if name in units:
+            raise ValueError(f"{path}, line {number}: the column `{name}` is there twice")
+        units[name] = unit
+    return units
+
+
+def _number(cell: str, where: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise ValueError(f"{where}: this is no number: {cell.strip()!r}") from None
+    if not np.isfinite(value):
+        raise ValueError(f"{where}: a finite number is needed, got {cell.strip()!r}")
+    return value
+
+
+@attrs.frozen
+class Profile(Shape):
+    """A column of a CSV file over another one: a shape that knows where it comes from. `Profile.read` makes it.
+
+    Parameters
+    ----------
+    path : the file.
+    column : name of the column.
+    along : name of the column of x.
+    interpolation : ``"linear"``: straight lines between rows; ``"constant"``: the value of a row holds up to the next one.
+    x : (rows,) ascending, m.
+    values : (rows,) in SI units.
+    """
+
+    path: Path
+    column: str
+    along: str
+    interpolation: str = attrs.field(converter=lambda value: _validate.choice(value, "interpolation", INTERPOLATIONS))
+    x: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
+    values: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
+
+    @classmethod
+    def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length") -> "Profile":
+        """Return the function that a CSV file holds.
+
+        Parameters
+        ----------
+        path : the file; see `read_columns` for what it must be.
+        column : name of the column, without its unit.
+        interpolation : ``"linear"`` or ``"constant"``.
+        along : name of the column of x, ascending.
+        measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
+
+        Raises
+        ------
+        ValueError
+            With file, line and column.
+        FileNotFoundError
+            Where there is no such file.
+        """
+        table = read_columns(path)
+        x = table.ascending(along, "length", "for a jump put two rows close together")
+        values = table.column(column, _validate.choice(measures, "measures", UNITS))
+        return cls(table.path, column, along, interpolation, x, values)
+
+    def __call__(self, x: Any) -> np.ndarray:
+        points = np.asarray(x, dtype=float)
+        if points.size and (points.min() < self.x[0] or points.max() > self.x[-1]):
+            raise ValueError(f"{self.path}: column `{self.column}` covers {self.along} from {self.x[0]:.10g} to "
+                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is asked for: add "
+                             "rows, or shorten `interval`")
+        if self.interpolation == "linear":
+            return np.interp(points, self.x, self.values)
+        return self.values[np.searchsorted(self.x, points, side="right") - 1]

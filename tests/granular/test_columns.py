@@ -1,0 +1,77 @@
+"""CSV files: units become SI, interpolation is as stated, and each mistake has its line and column."""
+
+import numpy as np
+import pytest
+
+import fvkit_granular as gr
+
+GOOD = "# a survey\ndistance [km], z [m], phi [%], v [km/h]\n\n0, 10, 50, 36\n 0.1 ,5.5,40,-18\n0.25,1e0,0,0\n"
+
+
+@pytest.fixture
+def write(tmp_path):
+    def make(text):
+        path = tmp_path / "data.csv"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return make
+
+
+def test_units_become_si(write):
+    path = write(GOOD)
+    z = gr.Profile.read(path, "z", "linear", along="distance")
+    np.testing.assert_array_equal(z.x, [0.0, 100.0, 250.0])
+    np.testing.assert_array_equal(z.values, [10.0, 5.5, 1.0])
+    np.testing.assert_allclose(gr.Profile.read(path, "phi", "linear", "distance", "share").values, [0.5, 0.4, 0.0])
+    np.testing.assert_allclose(gr.Profile.read(path, "v", "linear", "distance", "speed").values, [10.0, -5.0, 0.0])
+    centimetres = gr.Profile.read(write("x [cm], h [mm]\n0, 10\n200, 20\n"), "h", "linear")
+    np.testing.assert_allclose([centimetres.x, centimetres.values], [[0.0, 2.0], [0.01, 0.02]])
+
+
+def test_interpolation_is_linear_or_constant_and_covers_the_rows_alone(write):
+    path = write("x [m], h [m]\n0, 1\n2, 3\n4, 0\n")
+    x = np.array([0.0, 0.5, 2.0, 3.0, 4.0])
+    np.testing.assert_array_equal(gr.Profile.read(path, "h", "linear")(x), [1.0, 1.5, 3.0, 1.5, 0.0])
+    np.testing.assert_array_equal(gr.Profile.read(path, "h", "constant")(x), [1.0, 1.0, 3.0, 3.0, 0.0])
+    with pytest.raises(ValueError, match=r"data.csv: column `h` covers x from 0 to 4 m, but x from -1 to 2 m is asked for"):
+        gr.Profile.read(path, "h", "linear")(np.array([-1.0, 2.0]))
+    with pytest.raises(ValueError, match="did you mean linear"):
+        gr.Profile.read(path, "h", "linea")
+
+
+def test_windows_files_are_read(write):
+    path = write(b"\xef\xbb\xbf" + b"x [m],h [m]\r\n0,1\r\n1,2\r\n")
+    np.testing.assert_array_equal(gr.Profile.read(path, "h", "linear").values, [1.0, 2.0])
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("x [m], z [m]\n0, 1\n1, 1\n", ("column of", "must be one of x, z; got 'h'")),
+    ("z [m], h [m]\n0, 1\n1, 1\n", ("must be one of z, h; got 'x'",)),
+    ("x [m], h\n0, 1\n1, 1\n", ("line 1", "'h'", "`x [m], phi [-]`")),
+    ("x [m]; h [m]\n0; 1\n", ("line 1", "separated by commas")),
+    ("0, 1\n1, 1\n", ("line 1", "header")),
+    ("x [m], h [m], h [m]\n0, 1, 1\n", ("line 1", "`h` is there twice")),
+    ("x [m], h [ft]\n0, 1\n", ("column `h` must be a length in one of m, km, cm, mm; got h [ft]",)),
+    ("x [s], h [m]\n0, 1\n", ("column `x` must be a length",)),
+    ("x [m], h [m]\n0, 1\n\n# note\n1, high\n", ("line 5, column `h`", "no number: 'high'")),
+    ("x [m], h [m]\n0, 1\n1,\n", ("line 3, column `h`", "no number: ''")),
+    ("x [m], h [m]\n0, 1\n1, nan\n", ("line 3, column `h`", "finite")),
+    ("x [m], h [m]\n-inf, 1\n1, 1\n", ("line 2, column `x`", "finite")),
+    ("x [m], h [m]\n0, 1\n1,5, 2\n", ("line 3", "2 values are needed (x, h), got 3", "decimals by points")),
+    ("x [m], h [m]\n0, 1\n2, 1\n# note\n2, 1\n", ("line 5, column `x`", "ascend, got 2 m after 2 m")),
+    (b"x [m], h [m]\n0, 1\n1, \xb5\n", ("line 3", "UTF-8")),
+    ("x [m], h [m]\n", ("a header such as", "got 1 lines")),
+    ("", ("a header such as",)),
+    ("#" * 10_000_001, ("larger than 10 MB",)),
+])
+def test_mistakes_have_their_place(text, words, write):
+    with pytest.raises(ValueError, match=r"data.csv") as refusal:
+        gr.Profile.read(write(text), "h", "linear")
+    for word in words:
+        assert word in str(refusal.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"there is no file .*nothing\.csv"):
+        gr.Profile.read(tmp_path / "nothing.csv", "h", "linear")
