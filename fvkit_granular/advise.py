@@ -135,7 +135,8 @@ def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...
         (any(isinstance(side, Wall) for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
          "run is predicted"),
         (any(isinstance(side, Periodic) for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
-        (any(isinstance(side, (Inflow, GivenFlow, Hydrograph, Stage)) for side in sides), "what the inflow brings is not in the prediction"),
+        (any(isinstance(side, (Inflow, GivenFlow, Hydrograph, Stage)) for side in sides), "what the inflow brings is not in the "
+         "prediction"),
         (coarse, f"the tolerance needs more than {MOST} cells"),
     ]
     return tuple(text for holds, text in found if holds)
