@@ -99,6 +99,19 @@ def array(value: Any, name: str, shape: tuple[int, ...] | None = None) -> np.nda
     return result
 
 
+def is_single(value: Any) -> bool:
+    """Whether a value is meant as one number, not as an array of them; it need not be a good one."""
+    return not isinstance(value, (list, tuple)) and getattr(value, "ndim", 0) == 0
+
+
+def row(value: Any, name: str) -> tuple[float, ...]:
+    """Return a number, or an array of any shape, as finite floats in a row, not empty, or raise naming ``name``."""
+    result = array(value, name)
+    if not result.size:
+        raise ValueError(f"`{name}` must be a number or a list of numbers, not empty, got {shown(value)}")
+    return tuple(result.ravel().tolist())
+
+
 def interval(value: Any, name: str) -> tuple[float, float]:
     """Return ``value`` as a pair of floats, lower < upper, or raise naming ``name``."""
     if not isinstance(value, (tuple, list, np.ndarray)) or getattr(value, "ndim", 1) != 1 or len(value) != 2:
@@ -121,6 +134,13 @@ def function(value: Any, name: str, hint: str) -> Any:
     """Return ``value`` if it can be called, or raise naming ``name``; ``hint`` says with what it is called."""
     if not callable(value):
         raise TypeError(f"`{name}` must be a function {hint}, got {shown(value)}")
+    return value
+
+
+def mapping(value: Any, name: str, example: str) -> Mapping[Any, Any]:
+    """Return ``value`` if it is a mapping, or raise naming ``name``."""
+    if not isinstance(value, Mapping):
+        raise TypeError(f"`{name}` must be a mapping such as {example}, got {shown(value)}")
     return value
 
 
@@ -147,6 +167,14 @@ def listed(value: Any, name: str, example: str) -> list[Any]:
     return list(value)
 
 
+def series(value: Any, name: str, example: str) -> np.ndarray:
+    """Return numbers in a row as a float array (n,), n > 0, finite, or raise naming ``name``."""
+    result = array(value if hasattr(value, "ndim") and not is_single(value) else listed(value, name, example), name)
+    if result.ndim != 1 or not result.size:
+        raise ValueError(f"`{name}` must be a list of numbers such as {example}, not empty, got {shown(value)}")
+    return result
+
+
 def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
     """Return ``value`` if it is one of ``known``, or raise with the list and the nearest match."""
     options = list(known)
@@ -170,6 +198,11 @@ def number(default: float, *, hint: str = "", **bounds: float) -> Any:
 def switch(default: bool) -> Any:
     """Declare a field that is True or False."""
     return attrs.field(default=default, converter=attrs.Converter(lambda value, field: flag(value, field.name), takes_field=True))
+
+
+def words(default: str) -> Any:
+    """Declare a field that is a text."""
+    return attrs.field(default=default, converter=attrs.Converter(lambda value, field: text(value, field.name), takes_field=True))
 
 
 def optional_number(*, hint: str = "", **bounds: float) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy
 
+from fvkit._validate import file
 from fvkit.io import write_whole
 
 _HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -43,9 +44,9 @@ class Archive:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path = file(path, "path")
         try:
-            with open(self.path, "rb") as file, zipfile.ZipFile(file) as archive:
+            with open(self.path, "rb") as stream, zipfile.ZipFile(stream) as archive:
                 self._check(archive.infolist())
                 self.arrays = {entry.filename.removesuffix(".npy"): self._read(archive, entry) for entry in archive.infolist()}
         except Unreadable:

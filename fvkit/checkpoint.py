@@ -22,7 +22,7 @@ FORMAT = "fvkit checkpoint 2"
 
 
 def _path(value: Any) -> Path:
-    path = Path(value)
+    path = _validate.file(value, "path")
     if path.suffix != ".npz":
         raise ValueError(f"`path` of a checkpoint must end in .npz, got {path.name!r}")
     return path

@@ -105,7 +105,7 @@ def read_columns(path: str | Path) -> Columns:
     FileNotFoundError
         Where there is none.
     """
-    place = Path(path)
+    place = _validate.file(path, "path")
     lines = [(number, line) for number, line in enumerate(text_of(place).splitlines(), start=1)
              if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:

@@ -123,7 +123,7 @@ def read_toml(path: str | Path) -> Table:
     FileNotFoundError
         Where there is none.
     """
-    place = Path(path)
+    place = _validate.file(path, "path")
     text = text_of(place)
     try:
         data = tomllib.loads(text)  # first: positions mean nothing in what is no TOML

@@ -22,7 +22,7 @@ ROUNDING = 1e-12
 
 def critical_depth(q: float, g: float = 9.81) -> float:
     """Return the depth (q^2/g)^(1/3), m, at which a discharge ``q``, m^2/s, moves with its own wave speed."""
-    return (q * q / g) ** (1.0 / 3.0)
+    return (real(q, "q") ** 2 / real(g, "g", above=0.0)) ** (1.0 / 3.0)
 
 
 def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcritical", g: float = 9.81) -> FloatArray:
@@ -48,7 +48,8 @@ def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcri
     ValueError
         Where the head is below what the discharge needs, 1.5 critical depths above the bottom (choked).
     """
-    bottom = np.asarray(b, dtype=float)
+    bottom, q, energy = array(b, "b"), real(q, "q"), real(energy, "energy")
+    g = real(g, "g", above=0.0)
     branch = choice(branch, "branch", ("subcritical", "supercritical"))
     needed = 1.5 * critical_depth(q, g)
     head = energy - bottom

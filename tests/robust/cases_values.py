@@ -2,7 +2,6 @@
 
 from collections import UserDict
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 
@@ -97,7 +96,7 @@ KINDS = {
     "pair": NO_PAIRS,
     "mapping": NO_MAPPINGS,
     "list": NO_LISTS,
-    "times": [(value, error) for value, error in NO_ARRAYS + NO_FINITE_ARRAYS if not isinstance(value, Path)]
+    "times": NO_ARRAYS + NO_FINITE_ARRAYS
     + valued([], [0.2, 0.1], [0.1, 0.1], [-1.0], [9.0], np.zeros((2, 2))) + typed(UserDict()),
     "state of 4": typed(None, 5, "wet!", {}, Unshowable(), ("1", 0.5, 0.0, 0.0), (True, 0.5, 0.0, 0.0), (1j, 0.5, 0.0, 0.0))
     + valued((), (1.0, 0.5), (1.0, 0.5, 0.0, 0.0, 0.0), (np.nan, 0.5, 0.0, 0.0), (-1.0, 0.5, 0.0, 0.0), (1.0, 1.5, 0.0, 0.0), (1.0, 0.5, np.inf, 0.0),
@@ -114,6 +113,9 @@ KINDS |= {
     "functions": typed(5, None, [5], [None], ["print"], Unshowable()),
     "names": typed(5, None, [5], [None], b"h", Unshowable()) + valued("biggest.h", ["max.h", "maxi.h"]),
     "executor": typed(5, "threads", [], object(), Unshowable()),
+    "values": [(value, error) for value, error in NO_ARRAYS + NO_FINITE_ARRAYS if value is not object] + valued(np.zeros((7, 2)), []),
+    "ascending": NO_ARRAYS + NO_FINITE_ARRAYS + valued([], [0.2, 0.1], [0.1, 0.1], [-1.0], np.zeros((2, 2))),
+    "widths": typed(None, 5, "wide", {}, ("1", 0.1, 0.1, 0.1), (True, 0.1, 0.1, 0.1)) + valued((), (0.1,), (-0.1, 0.1, 0.1, 0.1), (np.nan, 0.1, 0.1, 0.1)),
     "scene": typed(None, 5, [], {}, Unshowable(), np.ones(2)) + valued("riemannn", "", "a/b", "mine.tom"),
     "solution": typed(None, 5, "stoker", [], {}, object(), Unshowable()),
 }
