@@ -37,7 +37,7 @@ def real(value: Any, name: str, *, above: float | None = None, at_least: float |
     try:
         number = None if refused else float(plain)
     except OverflowError:
-        number = np.inf
+        number, hint = np.inf, hint or "too large for a number"
     except (TypeError, ValueError):
         number = None
     if number is None:

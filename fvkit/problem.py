@@ -24,7 +24,8 @@ def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
         raise ValueError(f"`boundary` must be one condition or a pair (left, right), got {len(sides)}")
     left, right = (_validate.instance(side, "boundary", BoundaryCondition, "such as fv.Outflow()") for side in sides)
     if (left.reads == "opposite") != (right.reads == "opposite"):
-        raise ValueError(f"`boundary`: a periodic boundary needs both sides, got {type(left).__name__} and {type(right).__name__}")
+        raise ValueError(f"`boundary`: a periodic boundary needs both sides, got {type(left).__name__} and "
+                         f"{type(right).__name__}")
     return left, right
 
 

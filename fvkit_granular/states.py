@@ -36,12 +36,12 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
     return depth, fraction, solid, fluid
 
 
-def whole_flow(given: Any, name: str = "initial(x)") -> dict[str, Any]:
+def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: a flow") -> dict[str, Any]:
     """Return {h, phi, vs, vf} of what a function of x returned, velocities 0 where missing, or raise naming ``name``."""
     flow = dict(_validate.mapping(given, name, "{'h': 1.0, 'phi': 0.5}"))
     unknown = [key for key in flow if key not in ("h", "phi", "vs", "vf")]
     if unknown or not {"h", "phi"} <= flow.keys():
-        raise ValueError(f"`{name}` is a flow, which needs h and phi, and takes vs and vf (0 where missing); got "
+        raise ValueError(f"{what} needs h and phi, and takes vs and vf (0 where missing); got "
                          f"{', '.join(map(str, flow)) or 'nothing'}")
     return {"vs": 0.0, "vf": 0.0} | flow
 

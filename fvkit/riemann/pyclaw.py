@@ -11,7 +11,10 @@ from fvkit.riemann.base import RiemannSolver
 
 
 def _function(value: Any) -> Any:
-    return _validate.function(value, "function", "f(q_l, q_r, aux_l, aux_r, problem_data), a Riemann solver")
+    if not callable(value):
+        raise TypeError("`function` must be a Riemann solver f(q_l, q_r, aux_l, aux_r, problem_data), got "
+                        f"{_validate.shown(value)}")
+    return value
 
 
 def _data(value: Any) -> Any:

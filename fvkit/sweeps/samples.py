@@ -95,7 +95,7 @@ class Samples:
 
 def _names(given: Any, argument: str) -> list[str]:
     if not isinstance(given, Mapping) or not given or not all(isinstance(name, str) for name in given):
-        raise TypeError(f"`{argument}` must be a mapping of names of parameters, not empty, such as {{'gamma': [0.3, 0.5]}}, got "
+        raise TypeError(f"`{argument}` must be a non-empty mapping of names of parameters, such as {{'gamma': [0.3, 0.5]}}, got "
                         f"{_validate.shown(given)}")
     return list(given)
 

@@ -7,7 +7,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike, NDArray
 
-from fvkit._validate import listed, real, shown
+from fvkit._validate import is_single, real, shown
 
 FloatArray = NDArray[np.float64]
 
@@ -61,10 +61,14 @@ def finite_tuple(values: Sequence[float], names: str, where: str) -> tuple[float
     """Return ``values`` as floats after checking that they are the finite numbers ``names``."""
     expected = names.split()
     wanted = f"({', '.join(expected)}), {len(expected)} numbers"
-    given = listed(values, where, wanted)
-    if len(given) != len(expected):
-        raise ValueError(f"`{where}` must hold {wanted}, got {shown(values)}")
-    return tuple(real(value, f"{name} of {where}") for name, value in zip(expected, given, strict=True))
+    if not isinstance(values, (list, tuple, np.ndarray)) or is_single(values):
+        raise TypeError(f"`{where}` must hold {wanted}, but is {shown(values)}")
+    if len(values) != len(expected):
+        raise ValueError(f"`{where}` must hold {wanted}, but has {len(values)}, {shown(values)}")
+    try:
+        return tuple(real(value, f"{name} of {where}") for name, value in zip(expected, values, strict=True))
+    except ValueError:
+        raise ValueError(f"`{where}` must hold finite numbers ({', '.join(expected)}), but is {shown(values)}") from None
 
 
 def density_ratio(gamma: float) -> float:

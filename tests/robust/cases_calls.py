@@ -200,7 +200,7 @@ ELSEWHERE = {
                                                     "TwoPhaseState", "TwoPhaseWave", "UniformDrag", "Wave"))), RESULT),
     **dict.fromkeys(("Interrupted", "OrderError", "PointwiseError", "SolveError", "exact.NoFourWaveSolution"), ERROR),
     **dict.fromkeys(("maximum", "minimum", "where"), NUMPY),
-    **dict.fromkeys(("Scheme", "Stop", "Reference"), ABSTRACT),
+    **dict.fromkeys(("Scheme", "Stop", "Reference", "Integrator", "Splitting"), ABSTRACT),
     "Status": "an enumeration: Python names the value that is none of its members",
     "scene_names": "takes no argument",
     "fvkit.testing.LimiterConformance": "a suite for pytest: see tests/core/test_conformance.py for what a bad part gives",

@@ -111,7 +111,7 @@ KINDS |= {
     "parts": typed(None, 5, "roe", np.ones(3), object, Unshowable(), fv.Grid, [None], ["drag"]),
     "side": typed(None, 5, "wall", object, Unshowable(), fv.Outflow, (None, None), ("wall", "wall")) + valued([], [fv.Outflow()] * 3, (fv.Periodic(), fv.Outflow())),
     "functions": typed(5, None, [5], [None], ["print"], Unshowable()),
-    "names": typed(5, None, [5], [None], b"h", Unshowable()) + valued("biggest.h", ["max.h", "maxi.h"]),
+    "names": typed(5, None, [5], [None], b"h", Unshowable()) + valued("biggest.h", "maxi.h"),
     "executor": typed(5, "threads", [], object(), Unshowable()),
     "values": [(value, error) for value, error in NO_ARRAYS + NO_FINITE_ARRAYS if value is not object] + valued(np.zeros((7, 2)), []),
     "ascending": NO_ARRAYS + NO_FINITE_ARRAYS + valued([], [0.2, 0.1], [0.1, 0.1], [-1.0], np.zeros((2, 2))),

@@ -24,12 +24,14 @@ TABLE = [(name, argument, kind) for name, call in CALLS.items() for argument, ki
 def spellings(value):
     """What a message may say of a value: itself, its shape where that is wrong, or the part of it that is wrong."""
     found = [shown(value)[:40]]
+    items = [value] if isinstance(value, str) else []
+    found += [item.split(".")[0] for item in items]
     if isinstance(value, type):
         found.append(value.__name__)
     if isinstance(value, Mapping | list | tuple | np.ndarray) and not isinstance(value, np.ma.MaskedArray):
         items = value.ravel().tolist() if isinstance(value, np.ndarray) else list(value)
         found += [shown(item)[:40] for item in items]
-        found += [str(len(items)), *(str(item).split(".")[-1] for item in items)]
+        found += [str(len(items)), *(type(item).__name__ for item in items)]
     if isinstance(value, int | float | Fraction):
         found += [repr(float(value))] if abs(value) < 1e300 else []
     if hasattr(value, "shape"):
