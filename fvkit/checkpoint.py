@@ -52,6 +52,8 @@ class Checkpoint:
     interval: float | None = _validate.optional_number(above=0.0)
 
     def __attrs_post_init__(self) -> None:
+        if self.path.is_dir():
+            raise ValueError(f"`path` of a checkpoint must be a file, got the folder {str(self.path)!r}")
         if not self.path.resolve().parent.is_dir():
             raise ValueError(f"`path` of a checkpoint must be in a folder that exists, got {str(self.path)!r}")
 

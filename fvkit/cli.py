@@ -21,7 +21,7 @@ class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line on stderr."""
 
     def error(self, message: str) -> Any:
-        self.exit(MISTAKE, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        self.exit(MISTAKE, f"fvkit: {' '.join(message.split())} (see {self.prog} --help)\n")
 
 
 def add_command(commands: Any, name: str, run: Command, summary: str, example: str) -> Parser:
@@ -63,6 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
+    except MemoryError as error:
+        print(f"fvkit: not enough memory: {' '.join(str(error).split()) or 'take fewer cells or outputs'}", file=sys.stderr)
+        return MISTAKE
     except (ValueError, TypeError, OSError) as error:
         print(f"fvkit: {' '.join(str(error).split())}", file=sys.stderr)
         return MISTAKE

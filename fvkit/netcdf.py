@@ -4,6 +4,7 @@ import json
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import TracebackType
@@ -161,6 +162,12 @@ class Writer:
         self._file.close()
         self._raw.close()
 
+    def abandon(self) -> None:
+        """Remove the unfinished file. A full disk makes closing fail too, which says nothing new."""
+        with suppress(OSError, RuntimeError):
+            self.close()
+        self.part.unlink(missing_ok=True)
+
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
         self._attributes(kept)
@@ -173,8 +180,7 @@ class Writer:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if kind is not None:
-            self.close()
-            self.part.unlink(missing_ok=True)
+            self.abandon()
 
 
 def write(solution: Solution, path: Path) -> Path:

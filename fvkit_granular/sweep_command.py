@@ -11,6 +11,7 @@ from typing import Any
 
 from fvkit import Keep, Samples, Scheme, _validate, sweep
 from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.io import usable_folder
 from fvkit.sweeps import SweepResult
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SUFFIX
@@ -52,6 +53,9 @@ EXAMPLE = """  scene = "debris-slope"
 def _sweep(options: argparse.Namespace) -> int:
     run, keep, samples = read(options.file)
     folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
+    usable_folder(folder, "--out")
+    if options.workers is not None:
+        _validate.whole(options.workers, "--workers", at_least=1)
     with _executor(options.dask) as executor:
         result = sweep(run, samples, executor, workers=options.workers, keep=keep, folder=folder / "members",
                        progress=sys.stderr.isatty())
