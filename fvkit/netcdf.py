@@ -4,10 +4,11 @@ import json
 import os
 import re
 from collections.abc import Mapping
-from contextlib import suppress
+from errno import ENOSPC
 from importlib import import_module
+from os import strerror
 from pathlib import Path
-from types import TracebackType
+from shutil import disk_usage
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -16,6 +17,7 @@ import numpy as np
 from fvkit.archive import Unreadable
 from fvkit.configuration import CITATION
 from fvkit.grid import Grid
+from fvkit.io import write_whole
 from fvkit.model import Model
 from fvkit.solution import Solution
 from fvkit.storage import configuration_of, model_and_grid, parsed, restored
@@ -25,6 +27,9 @@ if TYPE_CHECKING:
 
 #: A file may declare this many times its own size: packed by other tools, states shrink, but no further.
 LARGEST_RATIO = 100
+
+#: Bytes that a frame may take beside its numbers: indices, attributes.
+ROOM = 1_000_000
 
 #: Names that coordinates and dimensions take.
 TAKEN = ("time", "x", "x_bounds", "bounds")
@@ -116,14 +121,18 @@ class Writer:
     model, grid, aux : whose states they are.
     q : (num_eqn, n) any of them.
     kept : configuration, to be replaced by that of the end.
+    in_memory : nothing is written to disk: `image` returns the content.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
-                 kept: Mapping[str, Any]) -> None:
+                 kept: Mapping[str, Any], in_memory: bool = False) -> None:
         h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
         self.path, self.part = path, path.with_name(f"{path.stem}.part.nc")
         self._model, self._aux, self._layout, self._count = model, aux, fields(model, q, aux), 0
-        self._raw = h5py.File(self.part, "w", track_order=True)
+        self._frame = 0 if in_memory else 8 * grid.num_cells * len(self._layout) + ROOM
+        self._check_room()
+        kind = {"driver": "core", "backing_store": False} if in_memory else {}
+        self._raw = h5py.File(self.part, "w", track_order=True, **kind)
         self._file = h5netcdf.File(self._raw, "w")
         n = grid.num_cells
         self._file.dimensions = {"time": None, "x": n, "bounds": 2}
@@ -149,6 +158,7 @@ class Writer:
 
     def add(self, t: float, q: np.ndarray) -> None:
         """Add the state at a time; the time comes last, and then everything goes to disk."""
+        self._check_room()
         k = self._count
         self._file.resize_dimension("time", k + 1)
         for name, values in frame(self._model, self._layout, q, self._aux).items():
@@ -162,11 +172,18 @@ class Writer:
         self._file.close()
         self._raw.close()
 
-    def abandon(self) -> None:
-        """Remove the unfinished file. A full disk makes closing fail too, which says nothing new."""
-        with suppress(OSError, RuntimeError):
-            self.close()
-        self.part.unlink(missing_ok=True)
+    def _check_room(self) -> None:
+        """Raise OSError where the disk has no room for one more frame: HDF5 would crash."""
+        if self._frame and disk_usage(self.path.absolute().parent).free < self._frame:
+            raise OSError(ENOSPC, f"{strerror(ENOSPC)} for one more output", str(self.path))
+
+    def image(self) -> bytes:
+        """Return the content of a file in memory, and close it."""
+        self._file.flush()
+        self._raw.flush()
+        content: bytes = self._raw.id.get_file_image()
+        self.close()
+        return content
 
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
@@ -175,21 +192,15 @@ class Writer:
         os.replace(self.part, self.path)
         return self.path
 
-    def __enter__(self) -> "Writer":
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if kind is not None:
-            self.abandon()
-
 
 def write(solution: Solution, path: Path) -> Path:
-    """Write a solution to a netCDF file, whole or not at all."""
+    """Write a solution to a netCDF file, whole or not at all: made in memory first, since HDF5 crashes on a full disk."""
     kept = configuration_of(solution)
-    with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept) as writer:
-        for t, q in zip(solution.t, solution.q, strict=True):
-            writer.add(float(t), q)
-        return writer.finish(kept)
+    writer = Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, in_memory=True)
+    for t, q in zip(solution.t, solution.q, strict=True):
+        writer.add(float(t), q)
+    content = writer.image()
+    return write_whole(path, lambda file: file.write(content))
 
 
 def read(path: Path) -> Solution:
