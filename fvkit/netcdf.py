@@ -3,8 +3,9 @@
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from errno import ENOSPC
+from hashlib import sha256
 from importlib import import_module
 from os import strerror
 from pathlib import Path
@@ -134,6 +135,7 @@ class Writer:
         kind = {"driver": "core", "backing_store": False} if in_memory else {}
         self._raw = h5py.File(self.part, "w", track_order=True, **kind)
         self._file = h5netcdf.File(self._raw, "w")
+        self._digest = _digest(aux.values())
         n = grid.num_cells
         self._file.dimensions = {"time": None, "x": n, "bounds": 2}
         self._add("time", ("time",), TIME, chunks=(512,))
@@ -164,6 +166,7 @@ class Writer:
         for name, values in frame(self._model, self._layout, q, self._aux).items():
             self._file[name][k, :] = values
         self._file["time"][k] = t
+        self._digest.update(np.array(t, dtype=float).tobytes() + np.ascontiguousarray(q).tobytes())
         self._count = k + 1
         self._raw.flush()
 
@@ -177,10 +180,16 @@ class Writer:
         if self._frame and disk_usage(self.path.absolute().parent).free < self._frame:
             raise OSError(ENOSPC, f"{strerror(ENOSPC)} for one more output", str(self.path))
 
-    def image(self) -> bytes:
-        """Return the content of a file in memory, and close it."""
+    def _seal(self) -> None:
+        """Note the checksum of everything that `read` takes from the file."""
+        self._digest.update(self._file.attrs["configuration"].encode())
+        self._file.attrs["checksum"] = self._digest.hexdigest()
         self._file.flush()
         self._raw.flush()
+
+    def image(self) -> bytes:
+        """Return the content of a file in memory, and close it."""
+        self._seal()
         content: bytes = self._raw.id.get_file_image()
         self.close()
         return content
@@ -188,6 +197,7 @@ class Writer:
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
         self._attributes(kept)
+        self._seal()
         self.close()
         os.replace(self.part, self.path)
         return self.path
@@ -218,10 +228,10 @@ def read(path: Path) -> Solution:
 
 
 def _read(file: Any, path: Path) -> Solution:
-    kept = file.attrs.get("configuration")
-    if not isinstance(kept, str):
+    kept_text = file.attrs.get("configuration")
+    if not isinstance(kept_text, str):
         raise Unreadable(path, "it has no attribute 'configuration', so fvkit did not write it")
-    kept = parsed(kept, path)
+    kept = parsed(kept_text, path)
     model, grid = model_and_grid(kept, path)
     found = {(variable.attrs.get("role"), variable.attrs.get("original_name")): variable
              for variable in file.variables.values()}
@@ -246,9 +256,27 @@ def _read(file: Any, path: Path) -> Solution:
     for row, name in enumerate(model.conserved):
         q[:, row] = values(found.get(("conserved", name)), name, (k, n))
     aux = {name: values(found.get(("given", name)), name, (n,)) for name in model.aux}
+    _check(file.attrs.get("checksum"), t, q, aux, kept_text, path)
     while k > 1 and not t[k - 1] > t[k - 2]:  # a frame that was cut off: its time comes last
         k -= 1
     return restored(t[:k], q[:k], aux, kept, model, grid, path)
+
+
+def _digest(aux: Iterable[np.ndarray]) -> Any:
+    """Start a checksum: of the aux values, to which times and states, frame by frame, and the configuration are added."""
+    return sha256(b"".join(np.ascontiguousarray(values, dtype=float).tobytes() for values in aux))
+
+
+def _check(checksum: Any, t: np.ndarray, q: np.ndarray, aux: Mapping[str, np.ndarray], kept: str, path: Path) -> None:
+    """Refuse values that are not those that were written; a run that was cut off has left no checksum."""
+    if checksum is None:
+        return
+    found = _digest(aux.values())
+    for time, state in zip(t, q, strict=True):
+        found.update(time.tobytes() + state.tobytes())
+    found.update(kept.encode())
+    if found.hexdigest() != checksum:
+        raise Unreadable(path, "its values are not those that were written: it is damaged, or was changed")
 
 
 def _library(name: str, what: str) -> Any:
