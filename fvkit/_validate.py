@@ -180,7 +180,8 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
     options = list(known)
     if np.isscalar(value) and not isinstance(value, (bool, np.bool_)) and value in options:
         return value
-    nearest = get_close_matches(value, [str(option) for option in options], n=1) if isinstance(value, str) else []
+    near = isinstance(value, str) and len(value) <= LONGEST
+    nearest = get_close_matches(value, [str(option) for option in options], n=1) if near else []
     raise ValueError(f"`{name}` must be one of {', '.join(map(str, options))}; got {shown(value)}"
                      + (f", did you mean {nearest[0]}?" if nearest else ""))
 

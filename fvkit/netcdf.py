@@ -215,16 +215,17 @@ def write(solution: Solution, path: Path) -> Path:
 
 def read(path: Path) -> Solution:
     """Read a solution from a netCDF file, see `fvkit.load`."""
-    h5netcdf = _library("h5netcdf", "netCDF")
+    h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
     if not path.exists():
         raise FileNotFoundError(f"there is no file {path}")
     try:
-        with h5netcdf.File(path, "r") as file:
+        # Opened by h5py first: h5netcdf cannot close what it could not open.
+        with h5py.File(path, "r") as raw, h5netcdf.File(raw, "r") as file:
             return _read(file, path)
     except Unreadable:
         raise
-    except (OSError, KeyError, RuntimeError, AttributeError, TypeError, ValueError) as error:
-        raise Unreadable(path, f"it is damaged or no netCDF file ({error})") from None
+    except (OSError, KeyError, RuntimeError, AttributeError, TypeError, ValueError, IndexError, MemoryError) as error:
+        raise Unreadable(path, f"it is damaged or no netCDF file ({' '.join(str(error).split())})") from None
 
 
 def _read(file: Any, path: Path) -> Solution:

@@ -13,11 +13,11 @@ from fvkit import Keep, Samples, Scheme, _validate, sweep
 from fvkit.cli import FAILED, SUCCESS, add_command
 from fvkit.io import usable_folder
 from fvkit.sweeps import SweepResult
-from fvkit_granular.columns import text_of
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SUFFIX
 from fvkit_granular.scene_run import SceneRun
 from fvkit_granular.scheme_options import schemes_of
+from fvkit_granular.toml_source import toml_text
 
 #: Keys of a file; those without a default must be there.
 DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": 400, "scheme": {}, "samples": "latin-hypercube", "members": 100,
@@ -105,7 +105,7 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
     ValueError
         For a mistake in the file: one sentence.
     """
-    text = text_of(path)
+    text = toml_text(path)
     try:
         given = tomllib.loads(text)
     except RecursionError:

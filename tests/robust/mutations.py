@@ -5,6 +5,7 @@ import pickle
 import random
 import struct
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -75,10 +76,8 @@ def seeds(folder):
     solution = fv.solve(problem, backend="numpy", max_steps=3, throw=False, checkpoint=fv.Checkpoint(folder / "checkpoint.npz"))
     found = {"npz": solution.save(folder / "npz.npz").read_bytes(), "checkpoint": (folder / "checkpoint.npz").read_bytes(),
              "scene": SCENE_TOML, "sweep": SWEEP_TOML, "csv": COLUMNS_CSV}
-    try:
+    with suppress(ImportError):  # without the extra io there is nothing to read
         found["netcdf"] = solution.save(folder / "netcdf.nc").read_bytes()
-    except ImportError:
-        pass  # without the extra io there is nothing to read
     return found
 
 

@@ -11,6 +11,9 @@ from hypothesis import strategies as st
 
 from tests.robust.mutations import READERS, crafted, generator, inside, mutate, seeds, texts
 
+# h5netcdf cannot close a file that it could not open, and Python says so; nothing is lost.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
 #: What one reading may take: memory, bytes, and time, s, on a busy machine.
 MEMORY, SECONDS = 200_000_000, 2.0
 
@@ -34,13 +37,14 @@ def outcome(kind, data, folder):
             warnings.simplefilter("ignore")
             return reader(path)
     except (ValueError, OSError) as error:
-        assert path.name in str(error), error
-        assert "\n" not in str(error)
-        assert len(str(error)) < 2000
-        return None
+        said = str(error)
     finally:
         assert time.process_time() - start < SECONDS
         assert 1000 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) < MEMORY
+    assert path.name in said
+    assert "\n" not in said
+    assert len(said) < 2000
+    return None
 
 
 @pytest.mark.parametrize("kind", READERS)
