@@ -58,7 +58,7 @@ class Archive:
             if error.filename is not None:
                 raise
             raise self.refused(f"it is damaged or no .npz file ({error})") from None  # a seek to nowhere
-        except (zipfile.BadZipFile, struct.error, NotImplementedError, EOFError, OverflowError, RuntimeError, ValueError) as error:
+        except (zipfile.BadZipFile, struct.error, EOFError, OverflowError, RuntimeError, ValueError) as error:
             raise self.refused(f"it is damaged or no .npz file ({error})") from None
 
     def refused(self, reason: str) -> Unreadable:

@@ -3,6 +3,7 @@
 import io
 import pickle
 import random
+import re
 import struct
 import zipfile
 from contextlib import suppress
@@ -159,7 +160,7 @@ def crafted(data, canary):
     np.lib.format.write_array_header_1_0(huge, {"descr": "<f8", "fortran_order": False, "shape": (2**40, 2**20)})
     negative = io.BytesIO()
     np.lib.format.write_array_header_1_0(negative, {"descr": "<f8", "fortran_order": False, "shape": (-1, -8)})
-    code = content["t.npy"].replace(b"(2,)", b"(open(r'%s', 'w'),)" % str(canary).encode())
+    code = re.sub(rb"\(\d+,\)", lambda shape: b"(open(r'%s', 'w'),)" % str(canary).encode(), content["t.npy"])
     return {
         "a pickle": archive(content | {"t.npy": pickle.dumps(Canary(canary))}),
         "an array of objects": archive(content | {"t.npy": objects.getvalue()}),
