@@ -56,6 +56,7 @@ def _sweep(path):
 
 def _columns(path):
     table = read_columns(path)
+    table.column("x", "length")
     return table.units, {name: values.tolist() for name, values in table.values.items()}, table.lines
 
 
@@ -187,7 +188,7 @@ def texts(kind):
     return {"lists in lists": b"a = " + b"[" * 100_000, "tables in tables": b"a" + b".a" * 100_000 + b" = 1\n", "tables in braces": b"a = " + b"{a = " * 50_000,
             "twice": head + head, "a digit too many": head.replace(b"0.1\n", b"1" * 10_000 + b"\n").replace(b"= 3\n", b"= " + b"1" * 10_000 + b"\n"),
             "too large": b"#" * 10_000_001, "utf-16": head.decode().encode("utf-16"), "yaml": b"!!python/object/apply:os.system ['true']\n",
-            "headers": b"[a]\n" * 100_000, "a long key": b"k" * 5_000_000 + b" = 1\n", "nothing": b"", "itself": head.replace(b'"riemann"', b'"sweep.toml"')}
+            "headers": b"[a]\n" * 100_000, "a long key": b"k" * 5_000_000 + b" = 1\n", "nothing": b"", **({"itself": head.replace(b'"riemann"', b'"mutated.toml"')} if kind == "sweep" else {})}
 
 
 def generator(seed):
