@@ -41,6 +41,7 @@ class Target:
             self.note("slow")
 
     def note(self, what):
+        print(f"finding: {type(what).__name__}: {what}"[:300], flush=True)  # at once: atheris ends the process
         self.findings.append((f"{type(what).__name__}: {what}"[:200], self.path.read_bytes()))
 
 
