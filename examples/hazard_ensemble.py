@@ -1,4 +1,7 @@
-"""How far may the debris come? An ensemble over drag, density ratio, friction and release volume, and its exceedance curve.
+"""How far may the debris come?
+============================
+
+An ensemble over drag, density ratio, friction and release volume, and its exceedance curve.
 
 A block of debris, half grains and half water, is released on a dry slope of 3:10 that runs out on level ground. What is not
 known of it varies as a Latin hypercube: release volume 4 to 12 m^2 (per metre of width), settling velocity of the grains
@@ -66,7 +69,7 @@ def draw(result, axes):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="An ensemble of releases, and how far they come.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
     parser.add_argument("--members", type=int, default=60)
     parser.add_argument("--cells", type=int, default=160)
