@@ -28,7 +28,7 @@ extensions = [
     "plain_docstrings",
     "gallery_scripts",
 ]
-exclude_patterns = ["_build", "jupyter_execute", "gallery/*.py", "gallery/*.ipynb", "gallery/*.zip", "gallery/*.json", "gallery/*.md5"]
+exclude_patterns = ["_build", "jupyter_execute", *(f"gallery/*.{kind}" for kind in ("py", "ipynb", "zip", "json", "md5"))]
 templates_path = ["templates"]
 
 html_theme = "pydata_sphinx_theme"
