@@ -37,6 +37,8 @@ html_title = f"fvkit {version}"
 
 # A role without a name, `fv.solve`, is a link where there is a page for it, and else code.
 default_role = "py:obj"
+# Options of commands begin with two hyphens.
+smartquotes = False
 autosummary_generate = True
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
@@ -48,8 +50,8 @@ numpydoc_show_class_members = False
 
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
-nb_execution_mode = "cache"
-nb_execution_cache_path = str(DOCS / "_build" / ".jupyter_cache")
+# A cache would know the cells, not the library that they show.
+nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 

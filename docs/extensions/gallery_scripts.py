@@ -11,7 +11,7 @@ from typing import Any
 from sphinx_gallery.scrapers import figure_rst
 
 #: Arguments after the folder. Scripts run inside the builder, from where no process can be started: hence one worker.
-OPTIONS = {"hazard_ensemble": ["--workers", "1"], "internal_shocks": ["100", "200", "400"]}
+OPTIONS = {"hazard_ensemble": ["--workers", "1", "--quiet"], "internal_shocks": ["100", "200", "400"]}
 
 FOLDER = Path(tempfile.mkdtemp(prefix="fvkit-gallery-"))
 

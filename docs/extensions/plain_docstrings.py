@@ -1,6 +1,7 @@
 """Docstrings of fvkit, written to be read in a terminal, as numpydoc and reStructuredText want them.
 
 * `name : what it is` of a parameter becomes the name and, below it, the text: numpydoc would take the first line for a type.
+* `Source: ...` below the parameters begins numpydoc's section of notes: it would be one more parameter.
 * Bars and stars of plain formulas, as in |vs - vf| and h*, are no markup.
 """
 
@@ -25,6 +26,9 @@ def plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[st
         following = lines[number + 1] if number + 1 < len(lines) else ""
         if literal < 0 and line.strip() and re.fullmatch(r"-{3,}", following.strip()):
             section = line.strip()
+        if section in FIELDS and literal < 0 and line.startswith("Source: "):
+            section = "Notes"
+            result += [section, "-----"]
         found = ITEM.match(line) if section in FIELDS and literal < 0 else None
         if found:
             result += [found[1], f"    {escaped(found[2])}"]
