@@ -10,6 +10,7 @@ Usage: python examples/work_precision.py [FOLDER] [--cells N ...] [--repeats R] 
 (writes work_precision.png into FOLDER, default: the current one; the defaults are small, for a quick look)
 """
 
+# sphinx_gallery_thumbnail_path = "images/work_precision.png"
 import argparse
 from functools import partial
 from pathlib import Path

@@ -25,6 +25,12 @@ THIN = 1e-4
 def slip(solution: Solution, ax: "Axes | None" = None, i: int = -1) -> "Axes":
     """Draw the slip vf - vs at output ``i``, m/s, where both phases are thicker than 1/10000 of the largest depth.
 
+    Parameters
+    ----------
+    solution : of a model with two velocities.
+    ax : where to draw; None for a figure of its own.
+    i : number of the output, the last by default.
+
     Raises
     ------
     ValueError

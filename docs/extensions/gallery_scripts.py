@@ -4,6 +4,8 @@ The scripts take a folder and know nothing of the gallery; figures of fvkit live
 would find none.
 """
 
+import atexit
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,7 @@ from sphinx_gallery.scrapers import figure_rst
 OPTIONS = {"hazard_ensemble": ["--workers", "1", "--quiet"], "internal_shocks": ["100", "200", "400"]}
 
 FOLDER = Path(tempfile.mkdtemp(prefix="fvkit-gallery-"))
+atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
 
 
 def arguments(gallery_conf: dict[str, Any], script_vars: dict[str, Any]) -> list[str]:
