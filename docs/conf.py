@@ -20,7 +20,6 @@ version = release = fvkit.__version__
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.doctest",
     "numpydoc",
     "myst_nb",
     "sphinx_gallery.gen_gallery",

@@ -2,6 +2,7 @@
 
 * `name : what it is` of a parameter becomes the name and, below it, the text: numpydoc would take the first line for a type.
 * `Source: ...` below the parameters begins numpydoc's section of notes: it would be one more parameter.
+* A default that attrs makes anew for each object shows as dots.
 * Bars and stars of plain formulas, as in |vs - vf| and h*, are no markup.
 """
 
@@ -39,6 +40,11 @@ def plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[st
     lines[:] = result
 
 
+def signature(app: Any, what: str, name: str, obj: Any, options: Any, text: str | None, returned: str | None) -> Any:
+    """Show a default that attrs makes anew for each object as dots."""
+    return None if text is None else (re.sub(r"=\s*NOTHING", "=...", text), returned)
+
+
 def escaped(line: str) -> str:
     """Return the line with bars and stars outside of code made plain."""
     return "".join(part if CODE.fullmatch(part) else re.sub(r"([|*])", r"\\\1", part) for part in CODE.split(line))
@@ -47,4 +53,5 @@ def escaped(line: str) -> str:
 def setup(app: Any) -> dict[str, bool]:
     """Run before numpydoc, whose priority is 500."""
     app.connect("autodoc-process-docstring", plain, priority=100)
+    app.connect("autodoc-process-signature", signature, priority=900)
     return {"parallel_read_safe": True}
