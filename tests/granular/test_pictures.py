@@ -141,3 +141,8 @@ def test_a_scheme_has_a_picture_as_a_solver_has():
     error = gr.pictures.accuracy(fv.WavePropagation(fv.HLL(), order=1), cells=(20, 40), backend="numpy").axes[1]
     guides = [text.get_text() for text in error.texts]
     assert guides == ["order 1", "order 1"]
+
+
+def test_a_figure_is_a_picture_for_a_notebook_without_pyplot(burgers):
+    figure = burgers.plot().figure
+    assert figure._repr_png_().startswith(b"\x89PNG")
