@@ -28,8 +28,8 @@ def test_links_and_pictures_exist(page):
         assert target.startswith("http") or (page.parent / target).exists(), target
 
 
-#: `fvkit.maximum` and `fvkit.minimum` are NumPy's, which Sphinx cannot document; the page names them in a sentence.
-@pytest.mark.parametrize(("module", "besides"), [(fvkit, {"maximum", "minimum"}), (fvkit_granular, set()), (fvkit.testing, set())],
+#: `fvkit.where`, `fvkit.maximum` and `fvkit.minimum` are NumPy's: the page names them in a sentence.
+@pytest.mark.parametrize(("module", "besides"), [(fvkit, {"where", "maximum", "minimum"}), (fvkit_granular, set()), (fvkit.testing, set())],
                          ids=lambda value: getattr(value, "__name__", ""))
 def test_the_reference_lists_every_public_name_once(module, besides):
     text = (TOP / "docs" / "reference" / f"{module.__name__}.md").read_text(encoding="utf-8")
