@@ -1,7 +1,7 @@
 """Pictures: thin functions that draw on given axes, in colours that colour-blind people can tell apart."""
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,16 +18,16 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 class Picture(Figure):
-    """A figure that a notebook shows, whether or not pyplot was imported there."""
+    """A figure that needs no display; a notebook shows it, whether or not it draws by pyplot elsewhere."""
 
     def _repr_png_(self) -> bytes:
-        target = io.BytesIO()
-        self.savefig(target, format="png", dpi=self.dpi)
-        return target.getvalue()
+        buffer = BytesIO()
+        self.savefig(buffer, format="png")
+        return buffer.getvalue()
 
 
 def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list["Axes"]]:
-    """Return a figure that needs no display, and its axes in a list."""
+    """Return a `Picture`, and its axes in a list."""
     figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
     return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
 
