@@ -39,12 +39,12 @@ default_role = "py:obj"
 # A name in a docstring that has no page is a mistake, but for these.
 nitpicky = True
 nitpick_ignore_regex = [
-    ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.part\.Part"),
+    ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.part\.Part|fvkit\.testing\.common\.\w+"),
     # Modules without a page: named for those who read the code.
     ("py:obj", r"fvkit_granular\.(slip|bed|resolution|indicators)\b.*|fvkit\.(configuration|pictures)\..*"),
     ("py:obj", r"concurrent\.futures\..*"),
     # Names as seen from within their class or module, or as the examples abbreviate them.
-    ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|Status\.OVER_BUDGET|Part\.defines|Indicators"),
+    ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|Status\.OVER_BUDGET|Part\.defines|Indicators|StepLength"),
     ("py:obj", r"fv\.sweep|gr\.steady|debris-slope"),
 ]
 # Options of commands begin with two hyphens.
