@@ -9,6 +9,8 @@ sys.path.insert(0, str(DOCS / "extensions"))
 
 #: Pictures of the documents must not depend on whether a compiler is installed, and need none at these sizes.
 os.environ.setdefault("FVKIT_BACKEND", "numpy")
+#: With a backend of the caller's, notebooks would not show the figures of pyplot.
+os.environ.pop("MPLBACKEND", None)
 
 import fvkit  # noqa: E402
 
