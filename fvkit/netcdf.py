@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 
 from fvkit.archive import Unreadable
-from fvkit.configuration import CITATION
+from fvkit.citation import CITATION
 from fvkit.grid import Grid
 from fvkit.model import Model
 from fvkit.solution import Solution

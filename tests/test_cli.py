@@ -116,7 +116,7 @@ def test_a_mistake_is_one_line_on_stderr_and_exit_code_2(arguments, words, tmp_p
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("compare", "--help"), ("run", "--help"), ("scenes", "--help"),
-                                       ("convergence", "--help")])
+                                       ("convergence", "--help"), ("cite", "--help")])
 def test_help_has_an_example(arguments, tmp_path):
     done = run(*arguments, cwd=tmp_path)
     assert done.returncode == 0
