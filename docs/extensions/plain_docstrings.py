@@ -6,6 +6,7 @@
 * Bars and stars of plain formulas, as in |vs - vf| and h*, are no markup.
 """
 
+import inspect
 import re
 from typing import Any
 
@@ -41,8 +42,12 @@ def plain(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[st
 
 
 def signature(app: Any, what: str, name: str, obj: Any, options: Any, text: str | None, returned: str | None) -> Any:
-    """Show a default that attrs makes anew for each object as dots."""
-    return None if text is None else (re.sub(r"=\s*NOTHING", "=...", text), returned)
+    """Show the arguments of a class, which its `__new__` hides, and a default that attrs makes anew for each object as dots."""
+    if what == "class" and text is not None:
+        known = inspect.signature(obj)
+        arguments = [item.replace(annotation=item.empty) for item in known.parameters.values()]
+        text = str(known.replace(parameters=arguments, return_annotation=known.empty))
+    return None if text is None else (re.sub(r"=\s*(NOTHING|<factory>)", "=...", text), returned)
 
 
 def escaped(line: str) -> str:
