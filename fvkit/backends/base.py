@@ -158,7 +158,7 @@ class Kernel(ABC):
     def again(self, problem: Problem, parts: Parts) -> "Kernel":
         """Return the kernel of a problem with parts of the same kinds and as many cells; ValueError where it needs other code."""
         if problem.grid.num_cells != self.cells:
-            raise ValueError(f"`problem` must have {self.cells} cells as before, got {problem.grid.num_cells}: make a new Stepper")
+            raise ValueError(f"`problem` must have {self.cells} cells, got {problem.grid.num_cells}: make a new Stepper")
         return type(self)(problem, self.scheme, parts)
 
     def padded(self, q: np.ndarray) -> np.ndarray:

@@ -50,8 +50,8 @@ class RandomReport:
 
     def table(self) -> str:
         """Return one line per model, solver and order."""
-        lines = [["model", "solver", "order", "runs", "finished", "collapsed", "broken", "p50", "p99", "p99.9", "max", "mass drift",
-                  "/rounding", "runs/s"]]
+        lines = [["model", "solver", "order", "runs", "finished", "collapsed", "broken", "p50", "p99", "p99.9", "max",
+                  "mass drift", "/rounding", "runs/s"]]
         for row in self.rows:
             lines.append([row["model"], row["riemann"], *(str(row[name]) for name in ("order", *COLUMNS[3:7])),
                           *(f"{row[name]:.2f}" for name in ("p50", "p99", "p99.9", "max")), f"{row['drift']:.1e}",
@@ -60,8 +60,8 @@ class RandomReport:
 
     def summary(self) -> str:
         """Return the table, what it means, every check that failed, and a command for every run that did not end well."""
-        text = [self.table(), "p50 to max: steps over nominal steps; a collapse needs more than 20 times its nominal steps, or ends "
-                              "in dt_too_small; /rounding: mass drift over its bound"]
+        text = [self.table(), "p50 to max: steps over nominal steps; a collapse needs more than 20 times its nominal steps, "
+                              "or ends in dt_too_small; /rounding: mass drift over its bound"]
         for row in self.rows:
             text += [f"FAIL: {_label(row)}: {check['name']} {check['value']:.3g}, bound {check['bound']:g}"
                      for check in row["checks"] if not check["passed"]]
@@ -69,9 +69,9 @@ class RandomReport:
             if len(row["odd"]) > SHOWN:
                 text.append(f"  ... and {len(row['odd']) - SHOWN} more of {_label(row)}: see report.json")
         runs = sum(row["problems"] for row in self.rows)
-        text.append(f"{runs} runs of seed {self.seed} in {self.seconds:.0f} s: "
-                    f"{sum(row['finished'] for row in self.rows)} finished, {sum(row['collapses'] for row in self.rows)} collapsed, "
-                    f"{sum(row['broken'] for row in self.rows)} broken; " + ("all checks hold" if self.success else "FAIL"))
+        finished, collapsed, broken = (sum(row[name] for row in self.rows) for name in ("finished", "collapses", "broken"))
+        text.append(f"{runs} runs of seed {self.seed} in {self.seconds:.0f} s: {finished} finished, {collapsed} collapsed, "
+                    f"{broken} broken; " + ("all checks hold" if self.success else "FAIL"))
         return "\n".join(text)
 
     def reproducer(self, row: dict[str, Any], one: dict[str, Any]) -> str:
