@@ -18,7 +18,7 @@ LONGEST = 100.0
 #: The classes, drawn in turn. Depths in metres; half of all draws have a bottom step of up to 2 m.
 CLASSES = {
     "generic": "depths 0.01 to 5, velocities up to 3 m/s", "thin": "depths down to 1e-12", "vanishing": "depths down to 1e-300",
-    "one phase": "solid fraction 0, 1, 1e-12 or 1 - 1e-12", "fast": "Froude numbers up to 50",
+    "one phase": "solid fraction 0, 1, 1e-12 or 1 - 1e-12", "fast": "Froude numbers up to 50, more over hills",
     "slipping": "slip in and around the range of complex speeds", "dry side": "a side, or one of its phases, absent",
     "one velocity": "both phases move together",
 }
@@ -113,7 +113,8 @@ class RandomScene:
 
     def boundary(self) -> BoundaryCondition:
         """Return the boundary of both ends."""
-        return {"box": Wall, "channel": Outflow, "ring": Periodic}[self.setting]()
+        given: dict[str, BoundaryCondition] = {"box": Wall(), "channel": Outflow(), "ring": Periodic()}
+        return given[self.setting]
 
     def sources(self, model: Model) -> tuple[Source, ...]:
         """Return the sources; no drag for models with one velocity."""

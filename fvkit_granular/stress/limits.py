@@ -53,8 +53,8 @@ COLLAPSES: dict[str, Collapses] = {
     "two-layer": Collapses(3e-3, 5.0, "as for two-phase"),
     "reduced": Collapses(1e-3, 4.0, "an open end where the flow comes in over a steep bottom feeds what it accelerates"),
     "shallow-water": Collapses(1e-3, 4.0, "as for reduced"),
-    "pitman-le": Collapses(0.08, 20.1, "the model's product -(1-phi) vf (hs (vs - vf))_x is quadratic in vf and not divided by the "
-                           "depth of the fluid it drives: at fronts, where hs falls to nothing, thin fluid is accelerated "
+    "pitman-le": Collapses(0.08, 20.1, "the model's product -(1-phi) vf (hs (vs - vf))_x is quadratic in vf and not divided by "
+                           "the depth of the fluid it drives: at fronts, where hs falls to nothing, thin fluid is accelerated "
                            "without bound"),
 }
 

@@ -103,7 +103,7 @@ def _march(stepper: Stepper) -> tuple[str, float]:
                 return Status.MAX_STEPS.name.lower(), lowest
             if time.perf_counter() - started > SECONDS:
                 return Status.OVER_BUDGET.name.lower(), lowest
-            stepper.run(target, LOOK)
+            stepper.run(target, min(LOOK, COLLAPSE * NOMINAL - stepper.steps))
             lowest = min(lowest, _lowest(stepper))
     except SolveError as error:
         return error.status.name.lower(), min(lowest, _lowest(stepper))
