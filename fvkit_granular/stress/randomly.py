@@ -14,7 +14,7 @@ from fvkit.progress import Progress, counter
 from fvkit.study.report import environment
 from fvkit_granular.stress.checks import Check
 from fvkit_granular.stress.draws import SETTINGS, RandomScene, random_scene, setting_of
-from fvkit_granular.stress.limits import COLLAPSES, FEW
+from fvkit_granular.stress.limits import FEW, known_collapses
 from fvkit_granular.stress.random_report import RandomReport
 from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
 
@@ -213,7 +213,7 @@ def _row(key: tuple[str, str, int], parts: list[dict[str, Any]]) -> dict[str, An
               Check("most negative mass", max(0.0, -min(part["lowest"] for part in parts)), 0.0),
               Check("mass drift / rounding", float(shares.max()), 1.0)]
     if len(ratios) >= FEW:
-        known = COLLAPSES[key[0]]
+        known = known_collapses(*key[:2])
         checks += [Check("steps / nominal, 99 %", p99, known.steps),
                    Check("collapses, share", len(collapsed) / len(ratios), known.share)]
     return {"model": key[0], "riemann": key[1], "order": key[2], "problems": len(ratios),

@@ -17,6 +17,8 @@ FOUND = {
     "inflow through an open end, over an island": ("two-layer", "rusanov", 1, 183),
     # Without drag, a film of 1e-10 of one phase in the other falls along an emerged step.
     "film of fluid without drag": ("two-phase", "relaxation", 1, 489),
+    # The solid parts from a wall faster than sound, in a film: corrections of second order feed its momentum.
+    "solid parting from a wall, order 2": ("two-phase", "rusanov", 2, 3677),
     # Nearly at rest at the start: the nominal step is as long as the speeds of the start allow, and they grow.
     "slow start on rough ground": ("two-layer", "roe", 2, 314),
     # Pitman and Le's product drives thin fluid at fronts without bound.
@@ -35,6 +37,12 @@ def test_what_collapses_has_a_name_and_keeps_its_mass(name, monkeypatch):
     assert one["status"] in COLLAPSED
     assert found["lowest"] >= 0.0
     assert one["share"] <= 1.0
+
+
+def test_the_solid_parting_from_a_wall_runs_at_first_order(monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    model, riemann, _, index = FOUND["solid parting from a wall, order 2"]
+    assert run_random(model, riemann, 1, 1, index, 1)["odd"] == []
 
 
 def test_the_film_without_drag_runs_with_drag(monkeypatch):
