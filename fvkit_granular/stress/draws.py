@@ -95,7 +95,7 @@ class RandomScene:
     flow : depth, m, solid fraction, velocities of solid and fluid, m/s, each (CELLS,).
     b : height of the bottom, m, (CELLS,).
     drag : D and its growth with the slip, 1/s and 1/m: 0, or 1e-3 to 1e12.
-    nu : coefficient of friction, 0 to 2.
+    nu : coefficient of friction, 0 to 2; None for no friction.
     """
 
     kind: str
@@ -105,7 +105,7 @@ class RandomScene:
     flow: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
     b: np.ndarray
     drag: tuple[float, float]
-    nu: float
+    nu: float | None
 
     def model(self, kind: type[Model]) -> Model:
         """Return a model of a class with the scene's density ratio, where it has one."""
@@ -120,7 +120,7 @@ class RandomScene:
         """Return the sources; no drag for models with one velocity."""
         given: dict[str, tuple[Source, ...]] = {
             "box": (), "channel": (ConstantDrag(self.drag[0]),),
-            "ring": (VelocityDrag(*self.drag), CoulombFriction(self.nu))}
+            "ring": (VelocityDrag(*self.drag), *(() if self.nu is None else (CoulombFriction(self.nu),)))}
         return tuple(one for one in given[self.setting] if len(model.phases) > 1 or not one.between_phases)
 
     def changes(self, kind: type[Model]) -> dict[str, Any]:

@@ -55,7 +55,9 @@ COLLAPSES: dict[str, Collapses] = {
     "two-layer": Collapses(6e-3, 6.0, f"{_OPEN}; a film of one layer falls along emerged steps"),
     "two-layer rusanov": Collapses(0.015, 18.0, _OPEN),
     "reduced": Collapses(2e-3, 4.5, _OPEN),
+    "reduced rusanov": Collapses(6e-3, 5.0, _OPEN),
     "shallow-water": Collapses(2e-3, 4.5, _OPEN),
+    "shallow-water rusanov": Collapses(6e-3, 5.0, _OPEN),
     "pitman-le": Collapses(0.08, 20.0, "the model's product -(1-phi) vf (hs (vs - vf))_x is quadratic in vf and not divided by "
                            "the depth of the fluid it drives: at fronts, where hs falls to nothing, thin fluid is accelerated "
                            "without bound"),

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from math import fsum
 from typing import Any
 
+import attrs
 import numpy as np
 
 from fvkit import MethodOfLines, Model, Scheme, SolveError, Status, Stepper, WavePropagation
@@ -68,7 +69,10 @@ def run_random(model: str, riemann: str, order: int, seed: int, index: int, coun
     wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k))]
     templates: dict[str, Stepper] = {}
     started = time.perf_counter()
-    outcomes = [_run(kind, scheme, random_scene(seed, k), templates) | {"index": k} for k in wanted]
+    scenes = (random_scene(seed, k) for k in wanted)
+    if order == HIGH:  # the method of lines has no static friction, and refuses it
+        scenes = (attrs.evolve(scene, nu=None) for scene in scenes)
+    outcomes = [_run(kind, scheme, scene, templates) | {"index": k} for k, scene in zip(wanted, scenes, strict=True)]
     return {"model": model, "riemann": riemann, "order": order, "problems": len(outcomes),
             "seconds": time.perf_counter() - started, "ratios": np.array([one["ratio"] for one in outcomes]),
             "drifts": np.array([one["drift"] for one in outcomes]), "shares": np.array([one["share"] for one in outcomes]),
