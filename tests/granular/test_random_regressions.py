@@ -68,3 +68,17 @@ def test_the_inflow_through_an_open_end_runs_between_walls(name, monkeypatch):
     found = run_random(model, riemann, order, 1, index, 1)
     assert found["odd"] == []
     assert np.isfinite(found["ratios"]).all()
+
+
+def test_a_thin_film_on_a_slope_ends_the_method_of_lines_by_name(monkeypatch):
+    """Fifth order loses the step of a film on a slope between walls; with Rusanov the last step is not finite, and is refused."""
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    found = run_random("two-phase", "rusanov", 5, 3, 241, 1)
+    (one,) = found["odd"]
+    assert one["status"] in (*COLLAPSED, "non_finite")
+    assert found["lowest"] >= 0.0
+
+
+def test_the_method_of_lines_is_not_asked_for_static_friction(monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "numpy")
+    assert run_random("shallow-water", "hll", 5, 1, 16, 1)["odd"] == []
