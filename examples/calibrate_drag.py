@@ -1,4 +1,7 @@
-"""Drag and friction from one gauge: a fit with scipy.optimize.least_squares.
+"""Drag and friction from one gauge
+================================
+
+A fit with scipy.optimize.least_squares.
 
 The scene `debris-slope` with known drag (settling velocity 2 m/s) and friction (0.53) gives depths at a gauge at x = 6, with a
 noise of 2 mm. From these 40 numbers the fit finds both parameters again, and how well they are known: standard deviations from
@@ -63,7 +66,7 @@ def fit(measured, workers):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Drag and friction from one gauge.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
     parser.add_argument("--workers", type=int, default=1, help="processes (default 1: a start takes longer than a run)")
     options = parser.parse_args()

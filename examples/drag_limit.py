@@ -1,4 +1,7 @@
-"""The reduced model as the limit of strong drag, measured and predicted: a dam break with a phi jump.
+"""The reduced model as the limit of strong drag
+=============================================
+
+Measured and predicted, for a dam break with a jump of phi.
 
 For large D the slip is w = vf - vs = g (1-gamma)(1-phi) h phi_x/(2 D rho) (Chapman-Enskog), so phi diffuses:
 

@@ -1,4 +1,7 @@
-"""How far may the debris come? An ensemble over drag, density ratio, friction and release volume, and its exceedance curve.
+"""How far may the debris come?
+============================
+
+An ensemble over drag, density ratio, friction and release volume, and its exceedance curve.
 
 A block of debris, half grains and half water, is released on a dry slope of 3:10 that runs out on level ground. What is not
 known of it varies as a Latin hypercube: release volume 4 to 12 m^2 (per metre of width), settling velocity of the grains
@@ -6,7 +9,7 @@ known of it varies as a Latin hypercube: release volume 4 to 12 m^2 (per metre o
 last place with more than a centimetre of grains at 3 s; the curve is the share of members whose front gets there.
 Flow and ranges are made up: it is the way that is shown. (With 60 members the curve is known to some 6 %.)
 
-Usage: python examples/hazard_ensemble.py [FOLDER] [--members N] [--cells N] [--workers N]
+Usage: python examples/hazard_ensemble.py [FOLDER] [--members N] [--cells N] [--workers N] [--quiet]
 Writes hazard_ensemble.png and hazard_ensemble.csv there. Members are kept in a folder there: a run that was stopped goes on.
 """
 
@@ -66,16 +69,17 @@ def draw(result, axes):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="An ensemble of releases, and how far they come.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
     parser.add_argument("--members", type=int, default=60)
     parser.add_argument("--cells", type=int, default=160)
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
     options = parser.parse_args()
     run = gr.SceneRun(release, cells=options.cells)
     samples = fv.Samples.latin_hypercube(RANGES, options.members, seed=1)
     options.folder.mkdir(parents=True, exist_ok=True)
-    result = fv.sweep(run, samples, workers=options.workers, keep=front, progress=True,
+    result = fv.sweep(run, samples, workers=options.workers, keep=front, progress=not options.quiet,
                       folder=options.folder / f"members-{options.members}-{options.cells}")
     far = result.outputs["front"]
     print(f"{int(result.finished.sum())} of {options.members} members in {result.elapsed:.1f} s; front from {np.nanmin(far):.1f} "

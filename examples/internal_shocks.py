@@ -1,4 +1,7 @@
-"""Internal shocks with and without in-cell shocks: speeds, plateaus and the choice of path.
+"""Internal shocks with and without in-cell shocks
+===============================================
+
+Speeds, plateaus and the choice of path.
 
 The momentum equations of the two-phase model hold products that are no fluxes. A shock of the inner fields then depends on
 the path across it, and on a grid also on the viscosity of the scheme: its speed stays some percent off, at any number of

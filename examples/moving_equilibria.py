@@ -1,4 +1,7 @@
-"""What schemes keep of a steady flow over a bump, and what they resolve of a wave of a micrometre on it.
+"""What schemes keep of a steady flow over a bump
+==============================================
+
+Drifts from the steady flow, and what is resolved of a wave of a micrometre on it.
 
 Usage: python examples/moving_equilibria.py     (prints the tables of docs/moving_equilibria.md)
 """

@@ -1,4 +1,7 @@
-"""Observed orders on smooth flow: the tables of docs/high_order.md.
+"""Observed orders on smooth flow
+==============================
+
+The tables of docs/high_order.md.
 
 Usage: python examples/order_tables.py [FOLDER] [--full]     (--full: the finest grids, and drag of 1e3 and 1e4 1/s)
 """

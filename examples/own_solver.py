@@ -1,4 +1,7 @@
-"""Your own Riemann solver: a blend of Rusanov and HLL, for every model, compared on one scene.
+"""Your own Riemann solver
+=======================
+
+A blend of Rusanov and HLL, for every model, compared on one scene.
 
 Usage: python examples/own_solver.py [FOLDER]     (writes the report there; default: own_solver)
 """

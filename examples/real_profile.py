@@ -1,8 +1,11 @@
-"""How far does a debris volume come in a channel whose profile is a CSV file? A scene file, end to end.
+"""Debris in a channel from a CSV file
+===================================
+
+How far does a debris volume come? A scene file, end to end.
 
 real_profile.toml says everything: the interval, 900 m^2 of debris (per metre of width) released near the top, Voellmy's
 friction, Pitman and Le's drag, the output times, and channel.csv, the distance and elevation of a torrent with check dams, a fan
-and a valley floor. Profile, volume and constants are constructed: it is the way that is shown. `fvkit run real_profile.toml`
+and a valley floor. Profile, volume and constants are constructed: it is the way that is shown. ``fvkit run real_profile.toml``
 runs the same; put your own survey in place of channel.csv.
 
 The fluid of the two-phase model has no dry friction and drags the grains: the deposit creeps on for a while, and a film of
@@ -13,6 +16,7 @@ Prints the front at every output and the deposit at the end; writes real_profile
 """
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -72,11 +76,11 @@ def draw(solution: fv.Solution, path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Debris in a channel from a CSV file.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path())
     parser.add_argument("--cells", type=int, default=350)
     options = parser.parse_args()
-    scene = gr.load_scene(Path(__file__).with_name("real_profile.toml"))
+    scene = gr.load_scene(Path(sys.argv[0]).with_name("real_profile.toml"))
     solution = fv.solve(scene.problem(gr.TwoPhase, options.cells), times=scene.times)
     tell(solution)
     options.folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,7 @@
-"""Work against precision of every scheme on five scenes, and the orders of two of them on the smooth ones.
+"""Work against precision
+======================
+
+Every scheme on five scenes, and the orders of two of them on the smooth ones.
 
 Where the flow is smooth, order buys accuracy: the fifth-order method of lines is the fastest from some error on. Where it
 jumps or has kinks, the error falls with the first power of the cells whatever the order, and cheap steps win.
@@ -7,6 +10,7 @@ Usage: python examples/work_precision.py [FOLDER] [--cells N ...] [--repeats R] 
 (writes work_precision.png into FOLDER, default: the current one; the defaults are small, for a quick look)
 """
 
+# sphinx_gallery_thumbnail_path = "images/work_precision.png"
 import argparse
 from functools import partial
 from pathlib import Path
@@ -60,7 +64,7 @@ def main(folder: Path, cells: list[int], repeats: int, backend: str) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description="Work against precision of every scheme on five scenes.")
     parser.add_argument("folder", nargs="?", type=Path, default=Path("."))
     parser.add_argument("--cells", nargs="+", type=int, default=[20, 40, 80])
     parser.add_argument("--repeats", type=int, default=1)

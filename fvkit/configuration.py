@@ -14,6 +14,7 @@ import attrs
 import numpy as np
 
 from fvkit import _validate
+from fvkit.citation import CITATION
 from fvkit.deviation import deviation
 from fvkit.grid import Grid
 from fvkit.integrators import Integrator
@@ -23,10 +24,6 @@ from fvkit.schemes import Scheme
 from fvkit.solution import Stats, Status
 from fvkit.sources import Splitting
 from fvkit.step_length import StepLength
-
-#: What to cite for results: the two-phase model, and this package.
-CITATION = ("M. Pelanti, F. Bouchut, A. Mangeney, A Roe-type scheme for two-phase shallow granular flows over variable "
-            "topography, M2AN 42 (2008) 851-885; The fvkit developers, fvkit: pluggable finite volumes for hyperbolic systems")
 
 #: Classes that may stand in a file, with all that derive from them.
 BASES: tuple[type, ...] = (Part, Scheme, Splitting, Integrator, Grid, Stats, StepLength)

@@ -16,7 +16,7 @@ import attrs
 import numpy as np
 
 from fvkit.archive import Unreadable
-from fvkit.configuration import CITATION
+from fvkit.citation import CITATION
 from fvkit.grid import Grid
 from fvkit.io import write_whole
 from fvkit.model import Model

@@ -42,6 +42,12 @@ def profile(solution: "Solution", ax: "Axes | None" = None, i: int = -1) -> "Axe
     return _finish(target, solution, i, "height, m")
 
 
+def _label(solution: "Solution", name: str) -> str:
+    """A name with its unit, where the model knows it."""
+    unit, _ = solution.model.quantities.get(name, ("", ""))
+    return f"{name}, {unit}" if unit not in ("", "1") else name
+
+
 def space_time(solution: "Solution", ax: "Axes | None" = None, name: str | None = None) -> "Axes":
     """Draw an observable, the first by default, over x and the output times, as colours."""
     target = ax if ax is not None else new_axes()[1][0]
@@ -52,8 +58,8 @@ def space_time(solution: "Solution", ax: "Axes | None" = None, name: str | None 
     values = np.array([solution.observables(i)[chosen] for i in range(len(solution.t))])
     mesh = target.pcolormesh(solution.grid.centers, solution.t, values, cmap="viridis", shading="nearest", rasterized=True)
     if target.figure is not None:
-        target.figure.colorbar(mesh, ax=target, label=chosen)
-    target.set(xlabel="x", ylabel="t", title=f"{type(solution.model).__name__}, {chosen}")
+        target.figure.colorbar(mesh, ax=target, label=_label(solution, chosen))
+    target.set(xlabel="x, m", ylabel="t, s", title=f"{type(solution.model).__name__}, {chosen}")
     return target
 
 
@@ -91,7 +97,7 @@ def margin(solution: "Solution", ax: "Axes | None" = None, i: int = -1) -> "Axes
 
 
 def _finish(target: "Axes", solution: "Solution", i: int, label: str) -> "Axes":
-    target.set(xlabel="x", ylabel=label, title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
+    target.set(xlabel="x, m", ylabel=label, title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
     target.grid(alpha=0.3)
     target.legend(fontsize="small")
     return target

@@ -47,7 +47,7 @@ def plot_state(solution: "Solution", ax: "Axes | None" = None, i: int = -1) -> "
     bottom = solution.aux.get("b")
     if bottom is not None and np.any(bottom != 0.0):
         target.fill_between(x, bottom, min(0.0, float(bottom.min())), color="0.8", label="bottom", zorder=0)
-    target.set(xlabel="x", title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
+    target.set(xlabel="x, m", title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
     target.grid(alpha=0.3)
     target.legend(fontsize="small")
     return target

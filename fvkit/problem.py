@@ -1,6 +1,7 @@
 """`Problem`: what is solved, with no word about how."""
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any
 
 import attrs
@@ -33,6 +34,10 @@ def source_list(sources: Any) -> tuple[Source, ...]:
     """Return the sources of one or several, checked."""
     given = tuple(sources) if isinstance(sources, (tuple, list)) else (sources,)
     return tuple(_validate.instance(source, "sources", Source, "such as gr.ConstantDrag(D=1.0)") for source in given)
+
+
+def _names(kinds: tuple[type, ...]) -> str:
+    return ", ".join(kind.__name__ for kind in kinds)
 
 
 @attrs.frozen(eq=False)
@@ -90,6 +95,40 @@ class Problem:
     ends: tuple[BoundaryCondition, BoundaryCondition] = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
+        self._prepare()
+        self._check_contract()
+
+    def again(self, **changes: Any) -> "Problem":
+        """Return the problem with other numbers: what `fvkit.Stepper.again` runs without tracing or compiling anything.
+
+        All checks of values are made; those of the pointwise contract are not, since no part is of another kind.
+
+        Parameters
+        ----------
+        changes : any of ``model``, ``initial``, ``aux``, ``boundary`` and ``sources``, as for `Problem`, of the same kinds.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As for `Problem`, and where a part is of another kind.
+        """
+        result = copy(self)
+        for name, value in changes.items():
+            _validate.choice(name, "changes", ("model", "initial", "aux", "boundary", "sources"))
+            converter: Any = getattr(attrs.fields(Problem), name).converter
+            object.__setattr__(result, name, value if converter is None else converter(value))
+        if result.kinds() != self.kinds():
+            raise ValueError(f"`changes` may change numbers, not kinds of parts: these are {_names(self.kinds())}, got "
+                             f"{_names(result.kinds())}; build a new Problem")
+        result._prepare()
+        return result
+
+    def kinds(self) -> tuple[type, ...]:
+        """The classes of model, boundaries and sources, in this order."""
+        return tuple(type(part) for part in (self.model, *self.boundary, *self.sources))
+
+    def _prepare(self) -> None:
+        """Check and average what was given."""
         _validate.instance(self.model, "model", Model)
         _validate.instance(self.grid, "grid", Grid)
         if not self.t_end > self.t_start:
@@ -105,7 +144,6 @@ class Problem:
         object.__setattr__(self, "ends", tuple(
             _validate.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
             for side, left in zip(self.boundary, (True, False), strict=True)))
-        self._check_contract()
 
     def _average_aux(self) -> dict[str, np.ndarray]:
         _validate.mapping(self.aux, "aux", "{'b': function}")

@@ -187,8 +187,10 @@ class SolveError(RuntimeError):
     Parameters
     ----------
     status : `Status`.
-    time, cell, x : when and where.
+    time, cell, x : when, s, and where; the cell is -1 where no cell is to blame.
     state : the offending state of that cell, (num_eqn,).
+    step : number of the step that failed.
+    names : of the components of the state.
     solution : the partial `Solution`; None when a `Stepper` was driven by hand.
     """
 

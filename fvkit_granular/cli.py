@@ -15,7 +15,7 @@ from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.configuration import build
 from fvkit.io import usable_folder, write_whole
 from fvkit.names import LIMITERS, public_name
-from fvkit.pictures import KINDS, checked_film
+from fvkit.pictures import KINDS, checked_film, space_time
 from fvkit.plot import new_axes
 from fvkit.study.settings import settings
 from fvkit_granular import advise_command, convergence_command, sweep_command
@@ -58,7 +58,7 @@ def register(commands: Any) -> None:
     run.add_argument("--stop-at-rest", type=float, metavar="SPEED",
                      help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
     run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
-                     help=f"more pictures of the end, KIND.png: any of {', '.join(KINDS)}, slip")
+                     help=f"more pictures, KIND.png: any of {', '.join(KINDS)}, slip, of the end, and space-time, of the depth")
     run.add_argument("--animate", metavar="NAME", help="a film of 60 outputs in the folder: NAME.gif, or NAME.mp4 with ffmpeg")
     _common(run, "fvkit-run-SCENE")
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
@@ -117,7 +117,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.every is not None and options.checkpoint is None:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
     for kind in options.plot:
-        _validate.choice(kind, "--plot", (*KINDS, "slip"))
+        _validate.choice(kind, "--plot", (*KINDS, "slip", "space-time"))
     usable_folder(_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene)), "--out")
     if options.resume is not None:
         for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
@@ -129,7 +129,7 @@ def _run(options: argparse.Namespace) -> int:
     problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
     (scheme,) = schemes_of(options)
     film = None if options.animate is None else checked_film(options.animate)
-    times = chosen.times if film is None else _film_times(problem.t_end, chosen.times)
+    times = _film_times(problem.t_end, chosen.times) if film is not None or "space-time" in options.plot else chosen.times
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
     stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
@@ -180,6 +180,8 @@ def _draw(solution: Solution, kind: str, path: Path) -> None:
     figure, axes = new_axes(width=8.0, height=4.5)
     if kind == "slip":
         slip(solution, axes[0])
+    elif kind == "space-time":
+        space_time(solution, axes[0])
     else:
         solution.plot(axes[0], kind=kind)
     write_whole(path, lambda file: figure.savefig(file, format="png", dpi=130))

@@ -181,7 +181,7 @@ class Profile(Shape):
 
         Parameters
         ----------
-        path : the file; see `read_columns` for what it must be.
+        path : the file, UTF-8, at most 10 MB: commas, points in decimals, a header such as ``x [m], b [m]``.
         column : name of the column, without its unit.
         interpolation : ``"linear"`` or ``"constant"``.
         along : name of the column of x, ascending.

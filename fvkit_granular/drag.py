@@ -192,7 +192,7 @@ class ConstantDrag(Drag):
     ----------
     D : drag coefficient, 1/s, >= 0 (already divided by the density of the fluid).
 
-    Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.6); closed form derived here.
+    Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.5c); closed form derived here.
     """
 
     D: float = attrs.field(converter=within(at_least=0.0, hint="drag coefficient in 1/s"))  # type: ignore[misc]

@@ -16,9 +16,9 @@ class PitmanLe(TwoMasses):
     """Solid and fluid as in `TwoPhase`, q = (hs, hs vs, hf, hf vf), with the fluid momentum of Pitman and Le.
 
     Their fluid equation, (h vf)_t + (h vf^2)_x + g/2 (h^2)_x = -g h b_x, times 1 - phi, is that of `TwoPhase` with one term
-    more on its left:
+    more on its left::
 
-    (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x - (1-phi) vf (hs (vs - vf))_x = -g hf b_x.
+        (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x - (1-phi) vf (hs (vs - vf))_x = -g hf b_x.
 
     Parameters
     ----------

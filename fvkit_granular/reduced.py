@@ -21,8 +21,10 @@ from fvkit_granular.states import bottom, broadcast, ratio, solid_and_fluid
 class Reduced(Model):
     """The limit of strong drag, vs = vf = v, q = (h, rho h, rho h v) with rho = phi + gamma (1 - phi), (5.1).
 
-    h_t + (h v)_x = 0,  (rho h)_t + (rho h v)_x = 0,
-    (rho h v)_t + (rho h v^2 + g/2 rho h^2)_x = -g rho h b_x.
+    ::
+
+        h_t + (h v)_x = 0,  (rho h)_t + (rho h v)_x = 0,
+        (rho h v)_t + (rho h v^2 + g/2 rho h^2)_x = -g rho h b_x.
 
     Parameters
     ----------

@@ -47,6 +47,11 @@ class Reference(ABC):
     1. ``kind`` is ``"exact"``, ``"semi-exact"`` (depends on a path) or ``"self-converged"``; ``detail`` is one sentence.
     2. ``averages(model, grid, t)`` returns cell averages (num_eqn, num_cells) of what the flow is to ``model``.
     3. ``path_sensitivity()`` returns how much hangs on the path across shocks, with a line of ``text``; None if nothing.
+
+    Parameters
+    ----------
+    kind : one of ``KINDS``.
+    detail : one sentence: which solution, how accurate.
     """
 
     kind: str = attrs.field(converter=_kind)

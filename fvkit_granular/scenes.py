@@ -22,7 +22,11 @@ def scene_names() -> tuple[str, ...]:
 
 
 def scene(name: str) -> Scene:
-    """Return the built-in scene ``name``; see `scene_names`.
+    """Return a built-in scene.
+
+    Parameters
+    ----------
+    name : one of `scene_names`.
 
     Raises
     ------

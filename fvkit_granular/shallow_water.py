@@ -20,7 +20,9 @@ from fvkit_granular.states import bottom, broadcast, ratio
 class ShallowWater(Model):
     """Single-phase shallow water, q = (h, h v).
 
-    h_t + (h v)_x = 0,  (h v)_t + (h v^2 + g/2 h^2)_x = -g h b_x.
+    ::
+
+        h_t + (h v)_x = 0,  (h v)_t + (h v^2 + g/2 h^2)_x = -g h b_x.
 
     Parameters
     ----------

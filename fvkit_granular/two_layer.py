@@ -19,9 +19,11 @@ from fvkit_granular.two_masses import advected
 class TwoLayer(PressureCoupled):
     """A light layer (hf, vf) on a dense one (hs, vs), q = (hs, hs vs, hf, hf vf).
 
-    hs_t + (hs vs)_x = 0,  hf_t + (hf vf)_x = 0,
-    (hs vs)_t + (hs vs^2 + g/2 hs^2)_x + gamma g hs hf_x = -g hs b_x,
-    (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x = -g hf b_x.
+    ::
+
+        hs_t + (hs vs)_x = 0,  hf_t + (hf vf)_x = 0,
+        (hs vs)_t + (hs vs^2 + g/2 hs^2)_x + gamma g hs hf_x = -g hs b_x,
+        (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x = -g hf b_x.
 
     The state is named as in `TwoPhase`, to whose equations these are equal but for the term g (1-gamma)/2 hs hf: hs is the
     lower layer, hf the upper one, phi = hs/h the share of the lower. Layers do not mix: drag acts at their interface.
@@ -35,7 +37,7 @@ class TwoLayer(PressureCoupled):
 
     Notes
     -----
-    At rest surface and interface are level, h + b and hs + b, or hf, constant (not phi). Real speeds while
+    At rest surface and interface are level, h + b and hs + b, or hf, constant (not phi). Real speeds while::
 
         |vs - vf| <= s sqrt(1 - sqrt(gamma))  or  >= s sqrt(1 + sqrt(gamma)),   s = sqrt(g hs) + sqrt(g hf)
 

@@ -13,9 +13,11 @@ from fvkit_granular.two_masses import advected
 class TwoPhase(PressureCoupled):
     """Solid and fluid in one shallow layer, q = (hs, hs vs, hf, hf vf), (3.5).
 
-    hs_t + (hs vs)_x = 0,  hf_t + (hf vf)_x = 0,
-    (hs vs)_t + (hs vs^2 + g/2 hs^2 + g (1-gamma)/2 hs hf)_x + gamma g hs hf_x = -g hs b_x,
-    (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x = -g hf b_x.
+    ::
+
+        hs_t + (hs vs)_x = 0,  hf_t + (hf vf)_x = 0,
+        (hs vs)_t + (hs vs^2 + g/2 hs^2 + g (1-gamma)/2 hs hf)_x + gamma g hs hf_x = -g hs b_x,
+        (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x = -g hf b_x.
 
     Parameters
     ----------

@@ -116,7 +116,7 @@ def test_a_mistake_is_one_line_on_stderr_and_exit_code_2(arguments, words, tmp_p
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("compare", "--help"), ("run", "--help"), ("scenes", "--help"),
-                                       ("convergence", "--help")])
+                                       ("convergence", "--help"), ("cite", "--help")])
 def test_help_has_an_example(arguments, tmp_path):
     done = run(*arguments, cwd=tmp_path)
     assert done.returncode == 0
@@ -128,3 +128,9 @@ def test_version_and_scenes(tmp_path):
     listed = run("scenes", cwd=tmp_path)
     assert listed.returncode == 0
     assert {line.split()[0] for line in listed.stdout.splitlines()} >= {"riemann", "dam-break-phi", "phi-jump", "rest"}
+
+
+def test_a_space_time_picture_has_its_outputs(tmp_path):
+    done = run("run", "dam-break", "--cells", "20", "--plot", "space-time", "slip", "--out", str(tmp_path))
+    assert done.returncode == 0
+    assert {"space-time.png", "slip.png", "profile.png"} <= {path.name for path in tmp_path.iterdir()}

@@ -1,25 +1,52 @@
-"""The documents: every link and picture is there, and every command that they show exists."""
+"""The documents: every link and picture is there, every command that they show exists, and the reference is complete."""
 
 import re
 from pathlib import Path
 
 import pytest
 
+import fvkit
+import fvkit.testing
+import fvkit_granular
 from fvkit.cli import build_parser
 from tests.pages import code_blocks
 
 TOP = Path(__file__).parent.parent
-PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", *sorted((TOP / "docs").glob("*.md")),
-         *sorted((TOP / "docs" / "tutorials").glob("*.md"))]
+#: Folders of docs/ that a build makes.
+BUILT = {"_build", "gallery", "generated", "jupyter_execute"}
+PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", TOP / "CONTRIBUTING.md",
+         *(page for page in sorted((TOP / "docs").rglob("*.md")) if not BUILT & set(page.relative_to(TOP).parts))]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def name(page):
+    return str(page.relative_to(TOP))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_links_and_pictures_exist(page):
     for target in re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8")):
         assert target.startswith("http") or (page.parent / target).exists(), target
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+#: `fvkit.where`, `fvkit.maximum` and `fvkit.minimum` are NumPy's: the page names them in a sentence.
+@pytest.mark.parametrize(("module", "besides"), [(fvkit, {"where", "maximum", "minimum"}), (fvkit_granular, set()), (fvkit.testing, set())],
+                         ids=lambda value: getattr(value, "__name__", ""))
+def test_the_reference_lists_every_public_name_once(module, besides):
+    text = (TOP / "docs" / "reference" / f"{module.__name__}.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^   (\w+)$", text, re.MULTILINE)
+    assert sorted(listed) == sorted(set(module.__all__) - besides)
+    assert all(f"`fvkit.{word}`" in text for word in besides)
+
+
+@pytest.mark.parametrize("script", sorted((TOP / "examples").glob("*.py")), ids=lambda script: script.stem)
+def test_examples_start_with_a_title_for_the_gallery(script):
+    first, line, _ = script.read_text(encoding="utf-8").split("\n", 2)
+    title = first.removeprefix('"""')
+    assert title != first
+    assert line == "=" * len(title)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_commands_parse(page):
     parser = build_parser()
     for command in re.findall(r"`fvkit ([a-z][^`]*)`", page.read_text(encoding="utf-8")):
@@ -33,6 +60,14 @@ def test_the_snippets_about_channels_run(capsys):
     highest, deposit = capsys.readouterr().out.splitlines()
     assert "highest" in highest
     assert deposit.startswith("STOPPED at ")
+
+
+def test_the_snippet_about_moving_equilibria_runs():
+    (block,) = code_blocks(TOP / "docs" / "moving_equilibria.md", "python")
+    found = {}
+    exec(block, found)
+    solution = fvkit.solve(found["problem"], fvkit.WavePropagation(fvkit.Roe()), backend="numpy")
+    assert abs(solution.q[-1] - found["kept"]).max() < 1e-12
 
 
 def test_the_snippets_about_results_run(tmp_path, monkeypatch):

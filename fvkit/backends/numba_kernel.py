@@ -5,6 +5,7 @@ import threading
 import time
 import types
 import warnings
+from copy import copy
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
@@ -48,15 +49,32 @@ class NumbaKernel(Kernel):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
         super().__init__(problem, scheme, parts)
-        varies = [bool(row.any() or edges.any()) for row, edges in zip(self.aux, self.aux_edges, strict=True)]
-        source = generate(problem, scheme, parts, self.plan, self.source_plan, varies)
+        source = generate(problem, scheme, parts, self.plan, self.source_plan, self._varies())
         started = time.perf_counter()
         self.module = _module(self.text(source), source.blocks)
         self.compile_seconds = time.perf_counter() - started
+        self._rows = source.rows
+        self._prepare(problem, parts)
+
+    def again(self, problem: Problem, parts: Parts) -> "NumbaKernel":
+        result = copy(self)
+        Kernel.__init__(result, problem, self.scheme, parts)
+        result.compile_seconds = 0.0
+        if result.cells != self.cells or result._varies() != self._varies():
+            raise ValueError(f"`problem` must have {self.cells} cells as before, and given functions that are 0 everywhere where "
+                             "those before were: make a new Stepper")
+        result._prepare(problem, parts)
+        return result
+
+    def _varies(self) -> list[bool]:
+        """Which given functions are not zero everywhere."""
+        return [bool(row.any() or edges.any()) for row, edges in zip(self.aux, self.aux_edges, strict=True)]
+
+    def _prepare(self, problem: Problem, parts: Parts) -> None:
+        """Lay out the numbers that compiled code takes."""
         reconstruction = () if parts.reconstruction is None else (parts.reconstruction,)
         every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *reconstruction, *problem.ends)
         self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
-        self._rows = source.rows
         self._scratch = self.scratch()
         self._steady = self.boundary_values(problem.t_start)
 
@@ -122,6 +140,9 @@ class StagedNumbaKernel(NumbaKernel):
             raise TypeError(f"{type(scheme).__name__} has no time integrator")
         self._program = program(integrator)
         super().__init__(problem, scheme, parts)
+
+    def _prepare(self, problem: Problem, parts: Parts) -> None:
+        super()._prepare(problem, parts)
         self._registers = (np.zeros((self._program.registers, *self.padded(problem.q0).shape)), *_tables(self._program))
         self._steady = self.boundary_values(*[problem.t_start] * len(self._program.sweeps))
 

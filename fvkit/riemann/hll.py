@@ -13,9 +13,9 @@ NARROW = 1e-3
 
 @attrs.frozen
 class HLL(RiemannSolver):
-    """Two waves at bounds s1 <= s2 of all speeds of both sides,
+    """Two waves at bounds s1 <= s2 of all speeds of both sides::
 
-    Z1 = s1 (s2 D - J)/(s2 - s1),  Z2 = J - Z1,
+        Z1 = s1 (s2 D - J)/(s2 - s1),  Z2 = J - Z1,
 
     where J is the total path-conservative jump and D the balanced difference, so that rest is kept exactly and
     nonconservative products count. Where both bounds coincide the jump travels with them.

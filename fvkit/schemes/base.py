@@ -74,6 +74,12 @@ class Scheme(ABC):
     4. ``splitting`` says when sources act.
     5. ``time_integrator``, where not None, makes a step of several sweeps of the stages, whose ``net`` is then minus dx
        times the rate; ``source_stages(parts)`` are those of sources that it takes implicitly.
+
+    Attributes
+    ----------
+    riemann : the Riemann solver at its faces.
+    cfl : Courant number that the time step aims at.
+    splitting : when sources act.
     """
 
     riemann: RiemannSolver

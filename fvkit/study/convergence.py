@@ -29,9 +29,11 @@ NORMS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
 def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = None,
                 cells: Sequence[int] = (50, 100, 200, 400), reference: Any = None, *, expect: float | None = None,
                 norm: str = "l1", backend: str = "auto", progress: Callable[[str], None] | None = None) -> Convergence:
-    """Solve a problem on finer and finer grids and measure the order of the scheme,
+    """Solve a problem on finer and finer grids and measure the order of the scheme.
 
-    p = log(E_coarse/E_fine) / log(N_fine/N_coarse),   E = norm of (computed - wanted cell averages) at t_end.
+    ::
+
+        p = log(E_coarse/E_fine) / log(N_fine/N_coarse),   E = norm of (computed - wanted cell averages) at t_end.
 
     Parameters
     ----------

@@ -20,6 +20,7 @@ class OrderError(AssertionError):
 
     Parameters
     ----------
+    message : the sentence and the table.
     convergence : the `Convergence`.
     """
 

@@ -1,20 +1,23 @@
 """Reference solutions: what a scheme must converge to, each with its kind and accuracy.
 
-| function | solves | kind | origin | accuracy |
-|---|---|---|---|---|
-| `shallow_water_riemann` | dam breaks, wet and dry, vacuum | exact | Stoker, Ritter | rounding |
-| `reduced_riemann` | Riemann problem of the reduced model | exact | derived here | rounding |
-| `two_phase_riemann` | Riemann problem of the full model | semi-exact (path) | derived here | 1e-10, path given |
-| `path_sensitivity` | spread of its internal shocks over paths | semi-exact (path) | derived here | 1e-10 |
-| `rarefaction_fans` | full model, fans in all four fields | exact | derived here | 1e-10 |
-| `simple_wave` | smooth wave until it breaks | exact | characteristics | 1e-12 |
-| `periodic_flow` | smooth periodic flow, full model | self-converged | pseudo-spectral | measured, 1e-11 |
-| `steady_flow`, `bernoulli_depth` | steady flow over a bottom | exact | Bernoulli | rounding |
-| `gr.steady` | steady two-phase and two-layer flow, any slip | exact | derived here | 1e-12 |
-| `uniform_drag` | decay of the slip in a uniform state | exact | derived here | rounding |
-| `accelerated`, `sliding_acceleration` | what slides with Coulomb friction down a plane | as inside | derived here | as inside |
-| `block_stop` | a block that friction stops | exact | derived here | rounding |
-| `thacker_basin` | rocking plane in a parabolic basin | exact | Thacker | rounding |
+================================ ============================================= ============== =============== =================
+function                         solves                                        kind           origin          accuracy
+================================ ============================================= ============== =============== =================
+`shallow_water_riemann`          dam breaks, wet and dry, vacuum               exact          Stoker, Ritter  rounding
+`reduced_riemann`                Riemann problem of the reduced model          exact          derived here    rounding
+`two_phase_riemann`              Riemann problem of the full model             semi-exact     derived here    1e-10, path given
+`path_sensitivity`               spread of its internal shocks over paths      semi-exact     derived here    1e-10
+`rarefaction_fans`               full model, fans in all four fields           exact          derived here    1e-10
+`simple_wave`                    smooth wave until it breaks                   exact          characteristics 1e-12
+`periodic_flow`                  smooth periodic flow, full model              self-converged pseudo-spectral measured, 1e-11
+`steady_flow`, `bernoulli_depth` steady flow over a bottom                     exact          Bernoulli       rounding
+`gr.steady`                      steady flow of two phases or layers, any slip exact          derived here    1e-12
+`uniform_drag`                   decay of the slip in a uniform state          exact          derived here    rounding
+`accelerated`                    sliding down a plane with Coulomb friction    as inside      derived here    as inside
+`sliding_acceleration`           the acceleration of that motion               exact          derived here    rounding
+`block_stop`                     a block that friction stops                   exact          derived here    rounding
+`thacker_basin`                  rocking plane in a parabolic basin            exact          Thacker         rounding
+================================ ============================================= ============== =============== =================
 
 Single-velocity solutions are exact for the two-phase model too where phi is uniform and vs = vf: that set
 is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every result has ``kind`` and an

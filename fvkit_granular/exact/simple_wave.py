@@ -29,6 +29,7 @@ class SimpleWave:
     Attributes
     ----------
     h0 : callable, x (n,) -> depth (n,), m.
+    g : gravity, m/s^2.
     far_depth : depth H of the water at rest, m.
     breaking_time : first time at which the wave is vertical, s; infinite where it only spreads.
     slowest, fastest : bounds of the speeds c, m/s.
@@ -79,7 +80,15 @@ def speed(h: FloatArray, g: float, far_depth: float) -> FloatArray:
 def hump(
     amplitude: float = 0.1, width: float = 0.8, centre: float = 3.0, far_depth: float = 1.0
 ) -> Callable[[FloatArray], FloatArray]:
-    """Return the profile h0(x) = H + amplitude exp(-((x - centre)/width)^2), all in m."""
+    """Return the profile h0(x) = H + amplitude exp(-((x - centre)/width)^2).
+
+    Parameters
+    ----------
+    amplitude : height of the hump, m, above -H.
+    width : of the hump, m, positive.
+    centre : its place, m.
+    far_depth : depth H far from it, m, positive.
+    """
     amplitude, width, centre = real(amplitude, "amplitude"), real(width, "width", above=0.0), real(centre, "centre")
     far_depth = real(far_depth, "far_depth", above=0.0)
     if far_depth + amplitude <= 0.0:

@@ -21,7 +21,13 @@ ROUNDING = 1e-12
 
 
 def critical_depth(q: float, g: float = 9.81) -> float:
-    """Return the depth (q^2/g)^(1/3), m, at which a discharge ``q``, m^2/s, moves with its own wave speed."""
+    """Return the depth (q^2/g)^(1/3), m, at which a discharge moves with its own wave speed.
+
+    Parameters
+    ----------
+    q : discharge h v, m^2/s.
+    g : gravity, m/s^2.
+    """
     return (real(q, "q") ** 2 / real(g, "g", above=0.0)) ** (1.0 / 3.0)
 
 

@@ -71,6 +71,7 @@ class TwoPhaseRiemann:
     waves : the four waves, `TwoPhaseWave`, from left to right.
     states : the five constant states around them, `TwoPhaseState`.
     path : name of the path across shocks.
+    g, gamma : gravity, m/s^2, and density ratio fluid/solid.
     mismatch : what the wave curves miss each other by in the middle, relative to h and sqrt(g h).
     kind : ``"semi-exact"``.
     """

@@ -1,136 +1,235 @@
-"""Random Riemann problems in a closed box, with steps of the bottom: classes from mild to absurd."""
+"""Random scenes with every model, solver and order, in bulk: each ends, with a name for how, and loses nothing."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+import time
+from collections.abc import Sequence
+from math import fsum
+from typing import Any
 
+import attrs
 import numpy as np
 
-from fvkit import Grid, MethodOfLines, Model, Problem, Scheme, SolveError, Status, Stepper, Wall, WavePropagation
+from fvkit import MethodOfLines, Model, Scheme, SolveError, Status, Stepper, WavePropagation
+from fvkit.backends.numba_kernel import available
+from fvkit.backends.program import program
+from fvkit.progress import Progress, counter
+from fvkit.study.report import environment
 from fvkit_granular.stress.checks import Check
+from fvkit_granular.stress.draws import SETTINGS, RandomScene, random_scene, setting_of
+from fvkit_granular.stress.limits import FEW, known_collapses
+from fvkit_granular.stress.random_report import RandomReport
 from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
 
-#: Cells of the box, and steps that a run would take with the length of its first one.
-CELLS, NOMINAL = 60, 60
+#: Steps that a run would take with the length of its first one.
+NOMINAL = 60
 
 #: The order that stands for the method of lines.
 HIGH = 5
 
-#: No run takes longer, s: where nothing is deep enough to move, the first step is as long as it can be.
-LONGEST = 100.0
-
 #: A run collapsed where it needs this many times its nominal steps; it is then given up.
 COLLAPSE = 20
 
-#: The classes, drawn in turn. Depths in metres; half of all problems have a bottom step of up to 2 m.
-CLASSES = {
-    "generic": "depths 0.01 to 5, velocities up to 3 m/s", "thin": "depths down to 1e-12", "vanishing": "depths down to 1e-300",
-    "one phase": "solid fraction 0, 1, 1e-12 or 1 - 1e-12", "fast": "Froude numbers up to 50",
-    "slipping": "slip in and around the range of complex speeds", "dry side": "a side, or one of its phases, absent",
-    "one velocity": "both phases move together",
-}
+#: A run is looked at after so many steps: its state is judged, and its wall time.
+LOOK = 200
+
+#: Wall time after which a run is given up, s: thousands of times what one takes.
+SECONDS = 20.0
+
+#: Runs that one process makes in one go.
+BLOCK = 1000
+
+#: Masses below this lose digits in products: their drift is judged as if they were as large, m^2.
+LEAST_MASS = 1e-290
+
+EPS = float(np.finfo(float).eps)
+
+#: A cell's mass is rounded three times in a sweep, at random: eps/2 of it, were all of the mass in that one cell. After n sweeps
+#: the sum of such errors exceeds 8 of its standard deviations, eps sqrt(n)/2, by nothing but a mistake.
+ROUNDING = 4.0 * EPS
+
+#: What passed an end is added up step by step. A steady flow is rounded alike in every step: eps/2 of the sum, times the steps.
+ADDING = 0.5 * EPS
+
+#: Seconds for a problem, by order, and for a kernel that is not in the cache, on one core; for what `plan` says alone.
+TYPICAL, COMPILING, UNCOMPILED = {1: 0.8e-3, 2: 1.2e-3, HIGH: 6e-3}, 3.0, 60.0
+
+#: Names of how a run may end. What is neither is broken.
+ENDED, COLLAPSED = ("finished",), ("max_steps", "dt_too_small")
 
 
-class Draw(NamedTuple):
-    """A Riemann problem: depth, solid fraction and velocities of both sides, and the height of the right bottom."""
-
-    h: np.ndarray
-    phi: np.ndarray
-    vs: np.ndarray
-    vf: np.ndarray
-    step: float
-
-
-def draw(seed: int, index: int, g: float = 9.81, gamma: float = 0.5) -> tuple[str, Draw]:
-    """Return the class and the data of a problem; the same for the same seed and index."""
-    rng = np.random.default_rng([seed, index])
-    kind = list(CLASSES)[index % len(CLASSES)]
-    h, phi, (vs, vf) = rng.uniform(0.01, 5.0, 2), rng.uniform(0.0, 1.0, 2), rng.uniform(-3.0, 3.0, (2, 2))
-    if kind in ("thin", "vanishing"):
-        h = 10.0 ** rng.uniform(-12.0 if kind == "thin" else -300.0, np.log10(5.0), 2)
-    elif kind == "one phase":
-        phi = rng.choice([0.0, 1.0, 1e-12, 1.0 - 1e-12], 2)
-    elif kind == "fast":
-        vs = rng.uniform(-50.0, 50.0, 2) * np.sqrt(g * h)
-        vf = vs + rng.uniform(-0.5, 0.5, 2)
-    elif kind == "slipping":
-        beta = np.sqrt(0.5 * (1.0 - phi) * (1.0 - gamma))
-        vs = vf + rng.choice([-1.0, 1.0], 2) * np.sqrt(g * h) * rng.uniform(1.6 * beta, 2.2)
-    elif kind == "dry side":
-        side = rng.integers(0, 2)
-        what = rng.integers(0, 3)
-        h[side], phi[side] = (0.0, 0.5) if what == 0 else (h[side], float(what - 1))
-    elif kind == "one velocity":
-        vf = vs.copy()
-    return kind, Draw(h, phi, vs, vf, rng.uniform(-2.0, 2.0) if rng.random() < 0.5 else 0.0)
-
-
-def run_random(model: str, riemann: str, order: int, seed: int, index: int, count: int) -> dict[str, Any]:
-    """Run ``count`` problems from ``index`` on; return what a report adds up."""
+def scheme_of(riemann: str, order: int) -> Scheme:
+    """Return the scheme of a solver's name and an order."""
     solver = SOLVERS[riemann]()
-    scheme = MethodOfLines(solver) if order == HIGH else WavePropagation(solver, order=order)
-    outcomes = [_run(MODELS[model](), scheme, seed, k) for k in range(index, index + count)]
-    return {"model": model, "riemann": riemann, "order": order, "index": index, "outcomes": outcomes}
+    return MethodOfLines(solver) if order == HIGH else WavePropagation(solver, order=order)
 
 
-def _run(model: Model, scheme: Scheme, seed: int, index: int) -> dict[str, Any]:
-    kind, drawn = draw(seed, index)
-    side = (np.arange(CELLS) >= CELLS // 2).astype(int)
-    q = model.conserved_from(*(values[side] for values in drawn[:4]))  # type: ignore[attr-defined]
-    problem = Problem(model, Grid(0.0, 1.0, CELLS), q, LONGEST, aux={"b": drawn.step * side}, boundary=Wall())
-    stepper = Stepper(problem, scheme, nonhyperbolic="ignore")
-    status = Status.FINISHED
+def run_random(model: str, riemann: str, order: int, seed: int, index: int, count: int,
+               setting: str | None = None) -> dict[str, Any]:
+    """Run the problems from ``index`` to ``index + count``, of one setting or of all; return what a report adds up."""
+    scheme, kind = scheme_of(riemann, order), MODELS[model]
+    wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k))]
+    templates: dict[str, Stepper] = {}
+    started = time.perf_counter()
+    scenes = (random_scene(seed, k) for k in wanted)
+    if order == HIGH:  # the method of lines has no static friction, and refuses it
+        scenes = (attrs.evolve(scene, nu=None) for scene in scenes)
+    outcomes = [_run(kind, scheme, scene, templates) | {"index": k} for k, scene in zip(wanted, scenes, strict=True)]
+    return {"model": model, "riemann": riemann, "order": order, "problems": len(outcomes),
+            "seconds": time.perf_counter() - started, "ratios": np.array([one["ratio"] for one in outcomes]),
+            "drifts": np.array([one["drift"] for one in outcomes]), "shares": np.array([one["share"] for one in outcomes]),
+            "lowest": min((one["lowest"] for one in outcomes), default=0.0), "lost": sum(one["lost"] for one in outcomes),
+            "odd": [one for one in outcomes if one["status"] not in ENDED or one["share"] > 1.0 or not one["lowest"] >= 0.0]}
+
+
+def _run(kind: type[Model], scheme: Scheme, scene: RandomScene, templates: dict[str, Stepper]) -> dict[str, Any]:
+    """Run one scene; ``templates`` keeps a stepper for each setting, whose code serves all."""
+    named = {"class": scene.kind, "setting": scene.setting, "bottom": scene.bottom}
+    empty = {"ratio": 0.0, "lowest": 0.0, "drift": 0.0, "share": 0.0, "lost": 0}
+    try:
+        template = templates.get(scene.setting)
+        if template is None:
+            stepper = templates[scene.setting] = Stepper(scene.problem(kind), scheme, nonhyperbolic="ignore")
+            stepper = stepper.again(stepper.problem)
+        else:
+            stepper = template.again(template.problem.again(**scene.changes(kind)))
+        status, lowest = _march(stepper)
+    except Exception as error:
+        return named | empty | {"status": f"crashed: {type(error).__name__}: {error}"}
+    sweeps = 1 if scheme.time_integrator is None else len(program(scheme.time_integrator).sweeps)
+    drift, share = _drift(stepper, sweeps)
+    return named | {"status": status, "ratio": stepper.steps / NOMINAL, "lowest": lowest, "drift": drift, "share": share,
+                    "lost": stepper.stats().nonhyperbolic_faces}
+
+
+def _march(stepper: Stepper) -> tuple[str, float]:
+    """Run to the end of a scene; return how it ended, and the lowest mass of the states looked at, NaN where any number is."""
+    lowest, started = _lowest(stepper), time.perf_counter()
     try:
         first = stepper.step()
-        target = min(NOMINAL * first, LONGEST)
-        if stepper.t < target:
-            stepper.run(target, COLLAPSE * NOMINAL)
-        status = Status.FINISHED if stepper.t >= target else Status.MAX_STEPS
+        lowest = min(lowest, _lowest(stepper))
+        target = min(NOMINAL * first, stepper.problem.t_end)
+        while stepper.t < target:
+            if stepper.steps >= COLLAPSE * NOMINAL:
+                return Status.MAX_STEPS.name.lower(), lowest
+            if time.perf_counter() - started > SECONDS:
+                return Status.OVER_BUDGET.name.lower(), lowest
+            stepper.run(target, min(LOOK, COLLAPSE * NOMINAL - stepper.steps))
+            lowest = min(lowest, _lowest(stepper))
     except SolveError as error:
-        status = error.status
-    rows = list(problem.model.mass_rows())
-    total = problem.q0[rows].sum() or 1.0
-    return {"index": index, "class": kind, "status": status.name.lower(), "ratio": stepper.steps / NOMINAL,
-            "lowest": float(stepper.q[rows].min()), "drift": float(np.abs(stepper.q[rows].sum(axis=1)
-                                                                          - problem.q0[rows].sum(axis=1)).max() / total)}
+        return error.status.name.lower(), min(lowest, _lowest(stepper))
+    return Status.FINISHED.name.lower(), lowest
 
 
-def random_stress(count: int, seed: int = 1, models: Sequence[str] = ("two-phase",), riemann: Sequence[str] = ("relaxation",),
-                  orders: Sequence[int] = (1, 2), *, workers: int | None = None,
-                  progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
-    """Run random problems; return one row for each model, solver and order.
+def _lowest(stepper: Stepper) -> float:
+    """The lowest mass of a state; -inf where a number is none."""
+    q = stepper.q
+    return float(q[list(stepper.problem.model.mass_rows())].min()) if np.isfinite(q).all() else -np.inf
+
+
+def _drift(stepper: Stepper, sweeps: int) -> tuple[float, float]:
+    """Return the largest change of a mass that its boundary fluxes do not explain, and its share of what rounding may do.
+
+    Relative to the mass at the start and what passed the ends.
+    """
+    problem, passed, drift, share = stepper.problem, stepper.snapshot()["masses"], 0.0, 0.0
+    for k, row in enumerate(problem.model.mass_rows()):
+        start, end = fsum(problem.q0[row]) * problem.grid.dx, fsum(stepper.q[row]) * problem.grid.dx
+        through = abs(passed[0, k]) + abs(passed[1, k])
+        size, change = max(start + through, LEAST_MASS), abs(end - start - (passed[0, k] - passed[1, k]))
+        allowed = ROUNDING * np.sqrt(max(stepper.steps, 1) * sweeps) * size + ADDING * stepper.steps * through
+        drift, share = max(drift, change / size), max(share, change / allowed)
+    return drift, share
+
+
+def pairs(models: Sequence[str] | None = None, riemann: Sequence[str] | None = None) -> list[tuple[str, str]]:
+    """Return the pairs of a model and a solver that serves it, of the names given, all where None.
+
+    Raises
+    ------
+    ValueError
+        Where no solver given serves a model given.
+    """
+    found = [(model, solver) for model in models or MODELS for solver in riemann or SOLVERS
+             if SOLVERS[solver].serves(MODELS[model])]
+    if not found:
+        fitting = ", ".join(name for name, solver in SOLVERS.items() if any(solver.serves(MODELS[m]) for m in models or MODELS))
+        raise ValueError(f"`riemann` must serve a model: {', '.join(riemann or ())} does not serve {', '.join(models or ())}; "
+                         f"solvers that do: {fitting}")
+    return found
+
+
+def plan(count: int, chosen: Sequence[tuple[str, str]], orders: Sequence[int], workers: int) -> str:
+    """Return what will be run, and about how long it takes."""
+    kernels = len(chosen) * len(orders) * min(len(SETTINGS), -(-count // 8))
+    seconds = len(chosen) * count * sum(TYPICAL[order] for order in orders)
+    slower = "" if available() else ", without numba"
+    running = seconds * (1.0 if available() else UNCOMPILED) / workers
+    text = f"{count} random scenes x {len(chosen)} pairs of model and solver x order {', '.join(map(str, orders))}: "
+    text += f"{count * len(chosen) * len(orders)} runs, about {_spoken(running)} on {workers} core{'s' * (workers > 1)}{slower}"
+    return text + (f", plus {_spoken(COMPILING * kernels / workers)} to compile {kernels} kernels once" if available() else "")
+
+
+def _spoken(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None, riemann: Sequence[str] | None = None,
+                  orders: Sequence[int] = (1, 2), *, first: int = 0, workers: int | None = None,
+                  progress: Progress = False) -> RandomReport:
+    """Run random scenes with models, solvers and orders, and judge every run.
 
     Parameters
     ----------
-    count : problems, drawn from the `CLASSES` in turn.
-    seed : the same seed gives the same problems.
-    models, riemann, orders : names and numbers; order 5 is `fvkit.MethodOfLines` as it comes.
+    count : scenes for each model, solver and order: classes, settings and bottoms in turn, see `draws`.
+    seed : the same seed gives the same scenes.
+    models, riemann : names; all by default. Pairs that do not fit are left out.
+    orders : any of 1, 2 and 5, which is `fvkit.MethodOfLines` as it comes.
+    first : index of the first scene of the seed.
     workers : processes; default: one per processor.
-    progress : function that receives a line of text now and then.
+    progress : True shows progress on stderr; or a function that receives the share done, 0 to 1.
 
     Returns
     -------
-    list of dict
-        Counts, quantiles of steps over nominal steps, worst mass drift, the problems that failed, and ``checks``.
+    RandomReport
+        ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `limits.COLLAPSES` knows.
     """
-    size = max(1, min(250, count // 8))
-    wanted = [{"model": model, "riemann": solver, "order": order, "seed": seed, "index": first, "count": min(size, count - first)}
-              for model in models for solver in riemann for order in orders for first in range(0, count, size)]
-    found: dict[tuple[str, str, int], list[dict[str, Any]]] = {}
-    for part in in_processes(run_random, wanted, workers, progress or (lambda line: None)):
-        found.setdefault((part["model"], part["riemann"], part["order"]), []).extend(part["outcomes"])
-    return [_row(key, sorted(outcomes, key=lambda one: one["index"]), seed) for key, outcomes in sorted(found.items())]
+    chosen = pairs(models, riemann)
+    size = min(BLOCK, count)
+    # The first blocks of all kernels come first, so that no two processes compile the same one.
+    wanted = [{"model": model, "riemann": solver, "order": order, "seed": seed, "index": start, "setting": setting,
+               "count": min(size * len(SETTINGS), first + count - start)}
+              for start in range(first, first + count, size * len(SETTINGS))
+              for model, solver in chosen for order in orders for setting in SETTINGS]
+    found: dict[tuple[str, str, int], list[dict[str, Any]]] = {(*pair, order): [] for pair in chosen for order in orders}
+    started, done = time.perf_counter(), 0
+    with counter(progress, count * len(found), "run") as show:
+        for part in in_processes(run_random, wanted, workers, lambda line: None):
+            found[part["model"], part["riemann"], part["order"]].append(part)
+            done += part["problems"]
+            show(done)
+    machine, versions = environment("fvkit", "numpy", "numba")
+    return RandomReport([_row(key, parts) for key, parts in found.items()], seed, first, count, machine, versions,
+                        time.perf_counter() - started)
 
 
-def _row(key: tuple[str, str, int], outcomes: list[dict[str, Any]], seed: int) -> dict[str, Any]:
-    ratios = np.array([one["ratio"] for one in outcomes])
-    failed = [one for one in outcomes if one["status"] != "finished"]
-    broken = [one for one in failed if one["status"] != "max_steps"]
+def _row(key: tuple[str, str, int], parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """Add up the runs of a model, a solver and an order."""
+    ratios, drifts, shares = (np.concatenate([part[name] for part in parts]) for name in ("ratios", "drifts", "shares"))
+    odd = sorted((one for part in parts for one in part["odd"]), key=lambda one: one["index"])
+    collapsed = [one for one in odd if one["status"] in COLLAPSED]
+    broken = [one for one in odd if one["status"] not in (*ENDED, *COLLAPSED)]
     p50, p99, p999 = (float(value) for value in np.quantile(ratios, [0.5, 0.99, 0.999]))
-    few = 5e-4 if SOLVERS[key[1]].positive else 2e-3
-    checks = [Check("ended with NaN, negative or no step", len(broken), 0),
-              Check("most negative mass", max(0.0, -min(one["lowest"] for one in outcomes)), 0.0),
-              Check("steps / nominal, 99 %", p99, 4.0), Check("collapses, share", len(failed) / len(outcomes), few),
-              Check("mass drift", max(one["drift"] for one in outcomes), 1e-14)]
-    return {"model": key[0], "riemann": key[1], "order": key[2], "problems": len(outcomes), "seed": seed, "p50": p50, "p99": p99,
-            "p99.9": p999, "max": float(ratios.max()), "collapses": len(failed) - len(broken), "failed": failed[:20],
+    checks = [Check("broken or unnamed ends", len(broken), 0),
+              Check("most negative mass", max(0.0, -min(part["lowest"] for part in parts)), 0.0),
+              Check("mass drift / rounding", float(shares.max()), 1.0)]
+    if len(ratios) >= FEW:
+        known = known_collapses(*key[:2])
+        checks += [Check("steps / nominal, 99 %", p99, known.steps),
+                   Check("collapses, share", len(collapsed) / len(ratios), known.share)]
+    return {"model": key[0], "riemann": key[1], "order": key[2], "problems": len(ratios),
+            "finished": len(ratios) - len(collapsed) - len(broken), "collapses": len(collapsed), "broken": len(broken),
+            "p50": p50, "p99": p99, "p99.9": p999, "max": float(ratios.max()), "drift": float(drifts.max()),
+            "drift/rounding": float(shares.max()), "nonhyperbolic_faces": sum(part["lost"] for part in parts),
+            "seconds": sum(part["seconds"] for part in parts), "odd": odd,
             "checks": [{**check._asdict(), "passed": check.passed} for check in checks]}

@@ -13,7 +13,7 @@ from fvkit.backends.numba_kernel import available
 from fvkit.polynomial import polynomial
 from fvkit.schemes.cells import romberg
 from fvkit_granular.exact import hump, rarefaction_fans, simple_wave, two_phase_riemann
-from fvkit_granular.stress.randomly import draw
+from fvkit_granular.stress.draws import draw
 from tests.cases import (
     GRANULAR,
     SOLVERS,

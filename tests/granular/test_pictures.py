@@ -123,3 +123,26 @@ def test_the_command_draws_and_films(tmp_path, capsys, monkeypatch):
     assert main([*arguments, "--plot", "profil"]) == MISTAKE
     assert "did you mean profile?" in capsys.readouterr().err
     assert main([*arguments, "--animate", "film.avi"]) == MISTAKE
+
+
+def test_the_accuracy_of_a_solver_is_drawn_against_both_references():
+    figure = gr.pictures.accuracy(fv.HLL(), cells=(20, 40, 80), backend="numpy")
+    profile, error = figure.axes
+    assert [text.get_text() for text in profile.get_legend().get_texts()] == ["20 cells", "80 cells", "semi-exact"]
+    assert [text.get_text() for text in error.get_legend().get_texts()] == ["dam-break-phi (semi-exact)", "simple-wave (exact)"]
+    for line in error.get_lines():
+        assert (np.diff(line.get_ydata()) < 0.0).all()
+    coarse, fine, exact = (line.get_ydata() for line in profile.get_lines())
+    assert np.abs(fine - exact).mean() < 0.5 * np.abs(coarse - exact.reshape(20, 4).mean(axis=1)).mean()
+    figure.canvas.draw()
+
+
+def test_a_scheme_has_a_picture_as_a_solver_has():
+    error = gr.pictures.accuracy(fv.WavePropagation(fv.HLL(), order=1), cells=(20, 40), backend="numpy").axes[1]
+    guides = [text.get_text() for text in error.texts]
+    assert guides == ["order 1", "order 1"]
+
+
+def test_a_figure_is_a_picture_for_a_notebook_without_pyplot(burgers):
+    figure = burgers.plot().figure
+    assert figure._repr_png_().startswith(b"\x89PNG")

@@ -14,7 +14,9 @@ from fvkit_granular.columns import UNITS
 from fvkit_granular.scene_file import BOUNDARIES, COLUMN, FLOW, SOURCES, TOP, find_scene
 from fvkit_granular.scenes import scene_factory
 from fvkit_granular.shapes import SHAPES, Hump, PiecewiseLinear, Step, Sum, Uniform
+from tests.pages import code_blocks
 
+PAGE = Path(__file__).parents[2] / "docs" / "scene_files.md"
 COMPLETE = """name = "release"
 description = "made up"
 interval = [0.0, 100]
@@ -351,8 +353,8 @@ def test_a_run_of_a_file_that_fails_says_so(folder, capsys):
 @pytest.fixture
 def page(tmp_path, monkeypatch):
     """The files of docs/scene_files.md in a folder, and its text."""
-    text = (Path(__file__).parents[2] / "docs" / "scene_files.md").read_text(encoding="utf-8")
-    (toml,), (table,) = (re.findall(rf"^```{kind}\n(.*?)^```", text, re.DOTALL | re.MULTILINE) for kind in ("toml", "csv"))
+    text = PAGE.read_text(encoding="utf-8")
+    (toml,), (table,) = (code_blocks(PAGE, kind) for kind in ("toml", "text"))
     (tmp_path / "release.toml").write_text(toml)
     (tmp_path / "torrent.csv").write_text(table)
     monkeypatch.chdir(tmp_path)

@@ -8,11 +8,10 @@ import pytest
 from fvkit.cli import main
 from fvkit.study.covering import covering
 from fvkit_granular.scenes import scene_names
-from fvkit_granular.stress import StressReport, random_stress, stress, suite
+from fvkit_granular.stress import StressReport, stress, suite
 from fvkit_granular.stress import limits as limits_module
 from fvkit_granular.stress.cases import CASES
 from fvkit_granular.stress.limits import Limit
-from fvkit_granular.stress.randomly import CLASSES, draw
 
 
 def test_cases_are_scenes_and_the_default_covers_every_pair():
@@ -72,20 +71,6 @@ def test_every_limit_is_explained():
         assert limit.size
 
 
-def test_the_same_seed_draws_the_same_problems_of_every_class():
-    assert [draw(1, k)[0] for k in range(8)] == list(CLASSES)
-    first, again, other = draw(1, 11)[1], draw(1, 11)[1], draw(2, 11)[1]
-    assert np.array_equal(first.h, again.h)
-    assert not np.array_equal(first.h, other.h)
-
-
-def test_random_problems_become_rows():
-    rows = random_stress(16, 5, ("shallow-water",), ("relaxation",), (1,), workers=1)
-    assert rows[0]["problems"] == 16
-    assert rows[0]["checks"][0]["value"] == 0
-    assert rows[0]["p50"] > 0.5
-
-
 def test_the_command_says_what_it_wrote_and_exits_1_on_failure(tmp_path, capsys, monkeypatch):
     out = str(tmp_path / "out")
     assert main(["stress", "--scenes", "tiny-depth", "--backends", "numpy", "--workers", "1", "--out", out]) == 0
@@ -107,10 +92,3 @@ def test_a_run_that_fails_at_once_is_a_row(monkeypatch):
     row = suite.run_case("tiny-depth", "shallow-water", "relaxation", 1, "numpy")
     assert row["verdict"] == "FAIL"
     assert row["status"] == "non_finite"
-
-
-def test_random_problems_run_at_high_order_too(tmp_path, capsys):
-    assert main(["stress", "--random", "8", "--orders", "3", "--out", str(tmp_path)]) == 2
-    assert "--orders" in capsys.readouterr().err
-    (row,) = random_stress(8, seed=3, orders=(5,), workers=1)
-    assert (row["order"], row["problems"], row["collapses"], row["failed"]) == (5, 8, 0, [])

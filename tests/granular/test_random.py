@@ -1,0 +1,217 @@
+"""`fvkit stress --random`: what is drawn, how runs are judged, the report; and a small size of the whole."""
+
+import csv
+import json
+import shlex
+
+import attrs
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.backends import BACKENDS
+from fvkit.backends.numba_kernel import available
+from fvkit.cli import main
+from fvkit_granular.parts import MODELS, RIEMANN
+from fvkit_granular.stress import random_stress, randomly
+from fvkit_granular.stress.draws import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
+from fvkit_granular.stress.limits import COLLAPSES, known_collapses
+from fvkit_granular.stress.randomly import ROUNDING, pairs, plan, run_random
+
+#: Indices of one turn through classes, settings and bottoms.
+TURN = len(CLASSES) * len(SETTINGS) * len(BOTTOMS)
+
+
+@pytest.fixture(autouse=True)
+def _compiled(monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+
+
+def test_the_same_seed_draws_the_same_scenes_of_every_kind():
+    assert [draw(1, k)[0] for k in range(8)] == list(CLASSES)
+    first, again, other = (random_scene(seed, 11) for seed in (1, 1, 2))
+    for one, two in zip((*first.flow, first.b), (*again.flow, again.b), strict=True):
+        assert np.array_equal(one, two)
+    assert not np.array_equal(first.flow[0], other.flow[0])
+    seen = {(scene.kind, scene.setting, scene.bottom) for scene in (random_scene(1, k) for k in range(TURN))}
+    assert len(seen) == TURN
+
+
+def test_the_ranges_are_those_that_are_promised():
+    scenes = [random_scene(1, k) for k in range(4000)]
+    wet = np.concatenate([scene.flow[0][scene.flow[0] > 0.0] for scene in scenes])
+    phi, gamma = np.concatenate([scene.flow[1] for scene in scenes]), np.array([scene.gamma for scene in scenes])
+    assert wet.min() < 1e-290
+    assert {0.0, 1.0} <= set(phi)
+    assert ((phi > 0.0) & (phi < 1e-12)).any()
+    assert ((phi < 1.0) & (phi > 1.0 - 1e-12)).any()
+    assert 0.05 <= gamma.min() < 0.06 < 0.97 < gamma.max() <= 0.98
+    drag = np.array([scene.drag for scene in scenes]).ravel()
+    assert drag.min() == 0.0
+    assert 1e11 < drag.max() <= 1e12
+    flows = [scene.flow for scene in scenes if scene.kind == "fast" and scene.bottom == "step"]
+    assert 49.0 < max(float((np.abs(vs) / np.sqrt(9.81 * h)).max()) for h, _, vs, _ in flows) <= 50.0
+    lost = sum(run_random("two-phase", "relaxation", 1, 1, k, 1)["lost"] > 0 for k in range(5, 16 * 8, 8))
+    assert lost >= 3, "slip passes through the complex range"
+    islands = [scene for scene in scenes if scene.bottom == "islands" and scene.kind == "generic"]
+    assert sum((scene.flow[0] == 0.0).any() for scene in islands) > 0.05 * len(islands)
+
+
+@pytest.mark.parametrize("backend", [name for name in BACKENDS[1:] if name != "numba" or available()])
+@pytest.mark.parametrize("setting", range(len(SETTINGS)), ids=list(SETTINGS))
+@pytest.mark.parametrize("high", [False, True])
+def test_a_stepper_with_other_numbers_runs_as_a_new_one_would_to_the_bit(setting, high, backend):
+    if high and setting != 1:
+        pytest.skip("one kernel of the method of lines shows it")
+    model, scheme = (gr.ShallowWater, fv.MethodOfLines(fv.HLL())) if high else (gr.TwoPhase, fv.WavePropagation(fv.Roe()))
+    problem = random_scene(1, 8 * setting).problem(model)
+    other = random_scene(1, 8 * setting + 24 * 3 + 4).changes(model)
+    ways = [fv.Stepper(problem, scheme, backend, "ignore").again(problem.again(**other)),
+            fv.Stepper(fv.Problem(grid=problem.grid, t_end=problem.t_end, boundary=problem.boundary, **other), scheme, backend,
+                       "ignore")]
+    for way in ways:
+        way.run(1e3, 20)
+    assert ways[0].steps == 20
+    assert np.array_equal(ways[0].q, ways[1].q)
+    assert ways[0].t == ways[1].t
+
+
+def test_other_numbers_are_checked_and_other_kinds_refused():
+    problem = random_scene(1, 0).problem(gr.TwoPhase)
+    stepper = fv.Stepper(problem, fv.WavePropagation(fv.HLL()), "numpy")
+    with pytest.raises(ValueError, match="must have hs >= 0"):
+        problem.again(initial=-problem.q0)
+    with pytest.raises(ValueError, match="kinds of parts"):
+        problem.again(sources=gr.ConstantDrag(1.0))
+    with pytest.raises(ValueError, match="changes"):
+        problem.again(t_end=1.0)
+    with pytest.raises(ValueError, match="same kinds"):
+        stepper.again(random_scene(1, 8).problem(gr.TwoPhase))
+    with pytest.raises(ValueError, match="60 cells"):
+        stepper.again(fv.Problem(problem.model, fv.Grid(0.0, 1.0, 30), problem.q0[:, ::2], 1.0, {"b": 1.0}, fv.Wall()))
+
+
+@pytest.mark.skipif(not available(), reason="only compiled code is made for a flat bottom")
+def test_compiled_code_for_a_flat_bottom_refuses_another():
+    problem = random_scene(1, 0).problem(gr.ShallowWater)
+    flat = problem.again(aux={})
+    with pytest.raises(ValueError, match="0 everywhere"):
+        fv.Stepper(flat, fv.WavePropagation(fv.HLL()), "numba").again(problem)
+
+
+def test_pairs_and_plan():
+    every = pairs()
+    assert len(every) == 19
+    assert ("pitman-le", "roe") not in every
+    assert pairs(["pitman-le"], ["roe", "hll"]) == [("pitman-le", "hll")]
+    with pytest.raises(ValueError, match="does not serve pitman-le"):
+        pairs(["pitman-le"], ["roe"])
+    assert "20000 random scenes x 19 pairs" in plan(20000, every, (1, 2), 2)
+    assert "760000 runs" in plan(20000, every, (1, 2), 2)
+
+
+@attrs.frozen
+class Leaking(gr.ShallowWater):
+    """Shallow water whose settling loses a little mass in every step."""
+
+    def settle(self, q):
+        return q[0] * (1.0 - 1e-13), q[1]
+
+
+@attrs.frozen
+class Breaking(gr.ShallowWater):
+    """Shallow water whose settling makes numbers that are none."""
+
+    def settle(self, q):
+        return q[0], q[1] / (q[0] - q[0])
+
+
+@attrs.frozen
+class Refusing(gr.ShallowWater):
+    """Shallow water that cannot be built with these states."""
+
+    def resolved(self, q0):
+        raise ArithmeticError("for the test")
+
+
+@pytest.mark.parametrize(("model", "status"), [(Leaking, "finished"), (Breaking, "non_finite"), (Refusing, "crashed")])
+def test_what_loses_mass_or_breaks_is_found(model, status, monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "numpy")
+    monkeypatch.setitem(MODELS, "shallow-water", model)
+    report = randomly._row(("shallow-water", "hll", 1), [run_random("shallow-water", "hll", 1, 1, 0, 1)])
+    assert [one["status"].split(":")[0] for one in report["odd"]] == [status]
+    failed = [check["name"] for check in report["checks"] if not check["passed"]]
+    assert failed == ["mass drift / rounding" if status == "finished" else "broken or unnamed ends"]
+
+
+def test_a_run_without_end_is_given_up_with_a_name(monkeypatch):
+    monkeypatch.setattr(randomly, "SECONDS", 0.0)
+    (one,) = run_random("shallow-water", "hll", 1, 1, 0, 1)["odd"]
+    assert one["status"] == "over_budget"
+    monkeypatch.undo()
+    monkeypatch.setattr(randomly, "COLLAPSE", 1)
+    monkeypatch.setattr(randomly, "NOMINAL", 30)
+    monkeypatch.setattr(fv.Stepper, "step", lambda stepper: stepper.run(np.inf, 1) or 2.0 * stepper.t)
+    (one,) = run_random("shallow-water", "hll", 1, 1, 0, 1)["odd"]
+    assert one["status"] == "max_steps"
+
+
+def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(randomly, "COLLAPSE", 1)
+    report = random_stress(24, 1, ["shallow-water"], ["hll"], (1,), workers=1)
+    kept = report.save(tmp_path / "kept")
+    document = json.loads((kept / "report.json").read_text())
+    assert document["rows"][0]["problems"] == 24
+    assert document["versions"]["fvkit"]
+    with open(kept / "report.csv", newline="") as file:
+        (line,) = csv.DictReader(file)
+    assert (line["model"], line["problems"]) == ("shallow-water", "24")
+    assert (kept / "report.png").stat().st_size > 5000
+    told = next(line for line in report.summary().splitlines() if line.startswith("  fvkit"))
+    first = report.rows[0]["odd"][0]
+    assert told.split("  # ")[1].startswith(f"max_steps: {first['class']}")
+    words = shlex.split(told, comments=True)
+    assert words == ["fvkit", "stress", "--random", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
+                     "--riemann", "hll", "--orders", "1"]
+    assert main([*words[1:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
+    assert "0 finished, 1 collapsed, 0 broken" in capsys.readouterr().out
+
+
+def test_the_command_refuses_what_it_cannot_run(tmp_path, capsys):
+    for arguments, told in ((["--orders", "3"], "--orders"), (["--models", "two-phases"], "did you mean two-phase"),
+                            (["--models", "pitman-le", "--riemann", "roe"], "does not serve pitman-le"), (["--first", "-1"], "--first")):
+        assert main(["stress", "--random", "8", *arguments, "--out", str(tmp_path)]) == 2
+        assert told in capsys.readouterr().err
+
+
+def test_known_shares_are_explained():
+    assert {name.split()[0] for name in COLLAPSES} == set(MODELS)
+    assert known_collapses("two-layer", "rusanov").share > known_collapses("two-layer", "roe").share == COLLAPSES["two-layer"].share
+    for known in COLLAPSES.values():
+        assert len(known.cause) > 10
+
+
+@pytest.mark.skipif(not available(), reason="too slow uncompiled")
+@pytest.mark.parametrize(("model", "riemann", "order"), [
+    ("two-phase", "roe", 2), ("reduced", "hll", 2), ("pitman-le", "relaxation", 1), ("two-layer", "rusanov", 1)])
+def test_random_scenes_end_with_a_name_and_lose_nothing(model, riemann, order):
+    """The small size of `fvkit stress --random 20000`: three turns through every class, setting and bottom."""
+    assert riemann in RIEMANN
+    row = randomly._row((model, riemann, order), [run_random(model, riemann, order, 7, 0, 3 * TURN)])
+    assert row["problems"] == 3 * TURN
+    assert [check for check in row["checks"] if not check["passed"]] == []
+    expected = known_collapses(model, riemann).share * row["problems"]
+    assert row["collapses"] <= expected + 3.0 * np.sqrt(expected)
+
+
+@pytest.mark.skipif(not available(), reason="too slow uncompiled")
+def test_the_method_of_lines_keeps_masses_to_the_same_bound():
+    found = run_random("shallow-water", "hll", 5, 3, 0, 288, "channel")
+    assert found["odd"] == []
+    assert found["shares"].max() < 1.0
+    assert found["drifts"].max() < ROUNDING * np.sqrt(10.0 * 60.0 * found["ratios"].max())
+
+
+def test_a_scene_is_as_long_as_its_cells():
+    assert random_scene(3, 5).problem(gr.Reduced).grid.num_cells == CELLS
