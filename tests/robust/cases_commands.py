@@ -33,7 +33,7 @@ OPTIONS = {
     ("compare", "--out"): (COMPARE, FOLDERS),
     ("bench", "--cells"): (BENCH, (*COUNTS, "9")), ("bench", "--orders"): (BENCH, (*COUNTS, "3")), ("bench", "--repeats"): (BENCH, COUNTS),
     ("bench", "--backends"): (BENCH, NAMES), ("bench", "--out"): (BENCH, FOLDERS),
-    ("stress", "--random"): (STRESS, (*COUNTS, "7")), ("stress", "--seed"): (STRESS, SEEDS), ("stress", "--workers"): (STRESS, COUNTS),
+    ("stress", "--random"): (STRESS, COUNTS), ("stress", "--seed"): (STRESS, SEEDS), ("stress", "--first"): (STRESS, SEEDS), ("stress", "--workers"): (STRESS, COUNTS),
     ("stress", "--orders"): (STRESS, (*COUNTS, "3")), ("stress", "--full"): (("stress",), ()),
     **{("stress", name): (STRESS, NAMES) for name in ("--scenes", "--backends", "--models", "--riemann")},
     ("stress", "--out"): (STRESS, FOLDERS),

@@ -1,7 +1,9 @@
-"""Fuzz a reader: ``python -m tests.robust.fuzz_readers npz --seconds 60``, by atheris where it is installed, else by random mutations.
+"""Fuzz a reader: ``python -m tests.robust.fuzz_readers npz --seconds 60``, by random mutations, or with ``--engine atheris``
+by those that coverage chooses.
 
 Prints the number of executions and every finding: an exception that is neither ValueError nor OSError, or that does not name
-the file, or a reading of more than 2 s. Exit code 1 where there is one.
+the file, or a reading of more than 2 s. Exit code 1 where there is one. atheris ends the process by itself: its last line
+"Done ... runs" has the number, and findings stand above it.
 """
 
 import argparse
@@ -9,7 +11,6 @@ import sys
 import tempfile
 import time
 import warnings
-from importlib.util import find_spec
 from pathlib import Path
 
 from tests.robust.mutations import READERS, generator, inside, mutate, seeds
@@ -70,15 +71,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kind", choices=READERS)
     parser.add_argument("--seconds", type=int, default=60)
+    parser.add_argument("--engine", choices=("random", "atheris"), default="random")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         data, target = seeds(folder)[options.kind], Target(options.kind, folder)
-        engine = "atheris" if find_spec("atheris") else "random mutations"
-        if engine == "atheris":
+        if options.engine == "atheris":
             with_atheris(target, folder, data, options.seconds)
         else:
             random_mutations(target, options.kind, data, options.seconds)
-        print(f"{options.kind}: {engine}, {target.executions} executions, {len(target.findings)} findings")
+        print(f"{options.kind}: {target.executions} random mutations, {len(target.findings)} findings")
         for what in sorted({text for text, _ in target.findings}):
             print(f"  {what}")
     return 1 if target.findings else 0
