@@ -5,11 +5,14 @@ import zipfile
 from collections.abc import Mapping
 from math import prod
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
 
+from fvkit import _validate
+from fvkit._validate import file
 from fvkit.io import write_whole
 
 _HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -43,13 +46,18 @@ class Archive:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path = file(path, "path")
         try:
-            with open(self.path, "rb") as file, zipfile.ZipFile(file) as archive:
+            with open(self.path, "rb") as stream, zipfile.ZipFile(stream) as archive:
                 self._check(archive.infolist())
-                self.arrays = {entry.filename.removesuffix(".npy"): self._read(archive, entry) for entry in archive.infolist()}
+                self.arrays = {entry.filename.removesuffix(".npy"): self._read(archive, entry)
+                               for entry in archive.infolist()}
         except Unreadable:
             raise
+        except OSError as error:
+            if error.filename is not None:
+                raise
+            raise self.refused(f"it is damaged or no .npz file ({error})") from None  # a seek to nowhere
         except (zipfile.BadZipFile, struct.error, EOFError, OverflowError, RuntimeError, ValueError) as error:
             raise self.refused(f"it is damaged or no .npz file ({error})") from None
 
@@ -71,8 +79,8 @@ class Archive:
             try:
                 read_header = _HEADERS[npy.read_magic(file)]
                 shape, fortran, dtype = read_header(file)
-            except (ValueError, KeyError) as error:
-                raise self.refused(f"its entry {entry.filename!r} is no array ({error})") from None
+            except (ValueError, KeyError, TypeError, SyntaxError, TokenError, RecursionError, MemoryError) as error:
+                raise self.refused(f"its entry {entry.filename!r} is no array ({_validate.shown(error)})") from None
             if dtype.hasobject or dtype.kind not in "biufU":
                 raise self.refused(f"its entry {entry.filename!r} holds {dtype}: numbers and texts alone are read")
             content = file.read()

@@ -101,7 +101,7 @@ class Wall(BoundaryCondition):
 
 
 def _state(value: Any) -> Any:
-    return value if callable(value) else tuple(_validate.array(np.atleast_1d(value), "state").tolist())
+    return value if callable(value) and not isinstance(value, type) else _validate.row(value, "state")
 
 
 @attrs.frozen
@@ -124,7 +124,7 @@ class Inflow(BoundaryCondition):
             given = self.state
         else:
             state: Callable[[float], Any] = self.state
-            given = tuple(_validate.array(np.atleast_1d(state(t)), f"Inflow state at t = {t:g}").tolist())
+            given = _validate.row(state(t), f"Inflow state at t = {t:g}")
         if len(given) != len(model.conserved):
             raise ValueError(f"`state` of Inflow must have {len(model.conserved)} components "
                              f"({', '.join(model.conserved)}), got {len(given)}")

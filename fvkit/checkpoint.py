@@ -22,7 +22,7 @@ FORMAT = "fvkit checkpoint 2"
 
 
 def _path(value: Any) -> Path:
-    path = Path(value)
+    path = _validate.file(value, "path")
     if path.suffix != ".npz":
         raise ValueError(f"`path` of a checkpoint must end in .npz, got {path.name!r}")
     return path
@@ -52,6 +52,8 @@ class Checkpoint:
     interval: float | None = _validate.optional_number(above=0.0)
 
     def __attrs_post_init__(self) -> None:
+        if self.path.is_dir():
+            raise ValueError(f"`path` of a checkpoint must be a file, got the folder {str(self.path)!r}")
         if not self.path.resolve().parent.is_dir():
             raise ValueError(f"`path` of a checkpoint must be in a folder that exists, got {str(self.path)!r}")
 

@@ -14,6 +14,9 @@ from fvkit.solution import SolveError
 #: Exit codes.
 SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 
+#: Characters of a message.
+LONGEST = 1200
+
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -21,7 +24,8 @@ class Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line on stderr."""
 
     def error(self, message: str) -> Any:
-        self.exit(MISTAKE, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        _say(message, f" (see {self.prog} --help)")
+        self.exit(MISTAKE)
 
 
 def add_command(commands: Any, name: str, run: Command, summary: str, example: str) -> Parser:
@@ -55,23 +59,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _warn
             return int(options.run(options))
     except KeyboardInterrupt:
-        print("fvkit: interrupted", file=sys.stderr)
+        _say("interrupted")
         return INTERRUPTED
     except SolveError as error:
-        print(f"fvkit: {error}", file=sys.stderr)
+        _say(str(error))
         return FAILED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
-    except (ValueError, TypeError, OSError) as error:
-        print(f"fvkit: {' '.join(str(error).split())}", file=sys.stderr)
+    except MemoryError as error:
+        _say(f"not enough memory: {str(error) or 'take fewer cells or outputs'}")
         return MISTAKE
+    except (ValueError, TypeError, OSError) as error:
+        _say(str(error))
+        return MISTAKE
+
+
+def _say(message: str, end: str = "") -> None:
+    """Write one line on stderr, cut where a value in it is too long to be read."""
+    line = " ".join(message.split())
+    print(f"fvkit: {line if len(line) <= LONGEST else line[:LONGEST] + '...'}{end}", file=sys.stderr)
 
 
 def _warn(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
           line: str | None = None) -> None:
     """Show a warning as one line, as mistakes are."""
-    print(f"fvkit: warning: {' '.join(str(message).split())}", file=sys.stderr)
+    _say(f"warning: {message}")
 
 
 if __name__ == "__main__":

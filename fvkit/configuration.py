@@ -13,6 +13,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from fvkit import _validate
 from fvkit.citation import CITATION
 from fvkit.deviation import deviation
 from fvkit.grid import Grid
@@ -89,7 +90,10 @@ def build(data: Any, kind: type | None = None, name: str = "data") -> Any:
     ValueError
         With the place in the data: for a class that is not loaded, a function, or fields that the class refuses.
     """
-    result = _build(data, name)
+    try:
+        result = _build(data, _validate.text(name, "name"))
+    except RecursionError:
+        raise ValueError(f"{name} is nested too deeply") from None
     if kind is not None and not isinstance(result, kind):
         raise ValueError(f"{name} must be a {kind.__name__}, got {type(result).__name__}")
     return result
@@ -115,8 +119,18 @@ def _build(data: Any, name: str) -> Any:
         return {key: _build(item, f"{name}.{key}") for key, item in inner.items()}
     if word in (LIST, ARRAY) and isinstance(inner, list):
         items = _build(inner, name)
-        return list(items) if word == LIST else np.array(items)
+        return list(items) if word == LIST else _array(items, name)
     raise ValueError(f"{name} is not what a configuration holds: {', '.join(map(str, data))}")
+
+
+def _array(items: tuple[Any, ...], name: str) -> np.ndarray:
+    try:
+        result = np.array(items)
+    except ValueError:
+        raise ValueError(f"{name} must be an array, got rows of different lengths") from None
+    if result.dtype.kind not in "biufU":
+        raise ValueError(f"{name} must be an array of numbers or texts, got {_validate.shown(items)}")
+    return result
 
 
 def _instance(data: Mapping[str, Any], name: str) -> Any:

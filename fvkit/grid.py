@@ -22,7 +22,8 @@ class Grid:
     Raises
     ------
     ValueError, TypeError
-        If an end is not finite, the interval is empty or reversed, or ``num_cells`` is not a whole number.
+        If an end is not finite, the interval is empty or reversed, ``num_cells`` is not a whole number, or so large that
+        cells cannot be told apart.
     """
 
     lower: float = attrs.field(converter=within())  # type: ignore[misc]
@@ -32,6 +33,11 @@ class Grid:
     def __attrs_post_init__(self) -> None:
         if not self.lower < self.upper:
             raise ValueError(f"`lower` must be < `upper`, got {self.lower:g} and {self.upper:g}: exchange them?")
+        if not np.isfinite(self.upper - self.lower):
+            raise ValueError(f"`upper` - `lower` must be finite, got {self.lower:g} and {self.upper:g}")
+        if not self.dx > np.spacing(max(abs(self.lower), abs(self.upper))):
+            raise ValueError(f"`num_cells` must leave cells that differ in x, got {self.num_cells} on [{self.lower:g}, "
+                             f"{self.upper:g}], {self.dx:.3g} m each, which is below rounding: take fewer cells")
 
     @property
     def dx(self) -> float:

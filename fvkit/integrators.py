@@ -1,6 +1,6 @@
 """Time integrators of the method of lines, as tables of Shu and Osher's form."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attrs
 
@@ -27,6 +27,11 @@ class Integrator:
     weights: ClassVar[tuple[float, ...]] = ()
     cfl: ClassVar[float] = 1.0
     ssp: ClassVar[float | None] = None
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Any:
+        if not cls.alpha:
+            raise TypeError(f"{cls.__name__} is abstract: take fv.SSPRK104() or another, or set `alpha` and `beta`")
+        return super().__new__(cls)
 
 
 @attrs.frozen

@@ -3,10 +3,13 @@
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from errno import ENOSPC
+from hashlib import sha256
 from importlib import import_module
+from os import strerror
 from pathlib import Path
-from types import TracebackType
+from shutil import disk_usage
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -15,6 +18,7 @@ import numpy as np
 from fvkit.archive import Unreadable
 from fvkit.citation import CITATION
 from fvkit.grid import Grid
+from fvkit.io import write_whole
 from fvkit.model import Model
 from fvkit.solution import Solution
 from fvkit.storage import configuration_of, model_and_grid, parsed, restored
@@ -24,6 +28,9 @@ if TYPE_CHECKING:
 
 #: A file may declare this many times its own size: packed by other tools, states shrink, but no further.
 LARGEST_RATIO = 100
+
+#: Bytes that a frame may take beside its numbers: indices, attributes.
+ROOM = 1_000_000
 
 #: Names that coordinates and dimensions take.
 TAKEN = ("time", "x", "x_bounds", "bounds")
@@ -115,15 +122,20 @@ class Writer:
     model, grid, aux : whose states they are.
     q : (num_eqn, n) any of them.
     kept : configuration, to be replaced by that of the end.
+    in_memory : nothing is written to disk: `image` returns the content.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
-                 kept: Mapping[str, Any]) -> None:
+                 kept: Mapping[str, Any], in_memory: bool = False) -> None:
         h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
         self.path, self.part = path, path.with_name(f"{path.stem}.part.nc")
         self._model, self._aux, self._layout, self._count = model, aux, fields(model, q, aux), 0
-        self._raw = h5py.File(self.part, "w", track_order=True)
+        self._frame = 0 if in_memory else 8 * grid.num_cells * len(self._layout) + ROOM
+        self._check_room()
+        kind = {"driver": "core", "backing_store": False} if in_memory else {}
+        self._raw = h5py.File(self.part, "w", track_order=True, **kind)
         self._file = h5netcdf.File(self._raw, "w")
+        self._digest = _digest(aux.values())
         n = grid.num_cells
         self._file.dimensions = {"time": None, "x": n, "bounds": 2}
         self._add("time", ("time",), TIME, chunks=(512,))
@@ -148,11 +160,13 @@ class Writer:
 
     def add(self, t: float, q: np.ndarray) -> None:
         """Add the state at a time; the time comes last, and then everything goes to disk."""
+        self._check_room()
         k = self._count
         self._file.resize_dimension("time", k + 1)
         for name, values in frame(self._model, self._layout, q, self._aux).items():
             self._file[name][k, :] = values
         self._file["time"][k] = t
+        self._digest.update(np.array(t, dtype=float).tobytes() + np.ascontiguousarray(q).tobytes())
         self._count = k + 1
         self._raw.flush()
 
@@ -161,50 +175,64 @@ class Writer:
         self._file.close()
         self._raw.close()
 
+    def _check_room(self) -> None:
+        """Raise OSError where the disk has no room for one more frame: HDF5 would crash."""
+        if self._frame and disk_usage(self.path.absolute().parent).free < self._frame:
+            raise OSError(ENOSPC, f"{strerror(ENOSPC)} for one more output", str(self.path))
+
+    def _seal(self) -> None:
+        """Note the checksum of everything that `read` takes from the file."""
+        self._digest.update(self._file.attrs["configuration"].encode())
+        self._file.attrs["checksum"] = self._digest.hexdigest()
+        self._file.flush()
+        self._raw.flush()
+
+    def image(self) -> bytes:
+        """Return the content of a file in memory, and close it."""
+        self._seal()
+        content: bytes = self._raw.id.get_file_image()
+        self.close()
+        return content
+
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
         self._attributes(kept)
+        self._seal()
         self.close()
         os.replace(self.part, self.path)
         return self.path
 
-    def __enter__(self) -> "Writer":
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if kind is not None:
-            self.close()
-            self.part.unlink(missing_ok=True)
-
 
 def write(solution: Solution, path: Path) -> Path:
-    """Write a solution to a netCDF file, whole or not at all."""
+    """Write a solution to a netCDF file, whole or not at all: made in memory first, since HDF5 crashes on a full disk."""
     kept = configuration_of(solution)
-    with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept) as writer:
-        for t, q in zip(solution.t, solution.q, strict=True):
-            writer.add(float(t), q)
-        return writer.finish(kept)
+    writer = Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, in_memory=True)
+    for t, q in zip(solution.t, solution.q, strict=True):
+        writer.add(float(t), q)
+    content = writer.image()
+    return write_whole(path, lambda file: file.write(content))
 
 
 def read(path: Path) -> Solution:
     """Read a solution from a netCDF file, see `fvkit.load`."""
-    h5netcdf = _library("h5netcdf", "netCDF")
+    h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
     if not path.exists():
         raise FileNotFoundError(f"there is no file {path}")
     try:
-        with h5netcdf.File(path, "r") as file:
+        # Opened by h5py first: h5netcdf cannot close what it could not open.
+        with h5py.File(path, "r") as raw, h5netcdf.File(raw, "r") as file:
             return _read(file, path)
     except Unreadable:
         raise
-    except (OSError, KeyError, RuntimeError, AttributeError, TypeError, ValueError) as error:
-        raise Unreadable(path, f"it is damaged or no netCDF file ({error})") from None
+    except (OSError, KeyError, RuntimeError, AttributeError, TypeError, ValueError, IndexError, MemoryError) as error:
+        raise Unreadable(path, f"it is damaged or no netCDF file ({' '.join(str(error).split())})") from None
 
 
 def _read(file: Any, path: Path) -> Solution:
-    kept = file.attrs.get("configuration")
-    if not isinstance(kept, str):
+    kept_text = file.attrs.get("configuration")
+    if not isinstance(kept_text, str):
         raise Unreadable(path, "it has no attribute 'configuration', so fvkit did not write it")
-    kept = parsed(kept, path)
+    kept = parsed(kept_text, path)
     model, grid = model_and_grid(kept, path)
     found = {(variable.attrs.get("role"), variable.attrs.get("original_name")): variable
              for variable in file.variables.values()}
@@ -229,9 +257,27 @@ def _read(file: Any, path: Path) -> Solution:
     for row, name in enumerate(model.conserved):
         q[:, row] = values(found.get(("conserved", name)), name, (k, n))
     aux = {name: values(found.get(("given", name)), name, (n,)) for name in model.aux}
+    _check(file.attrs.get("checksum"), t, q, aux, kept_text, path)
     while k > 1 and not t[k - 1] > t[k - 2]:  # a frame that was cut off: its time comes last
         k -= 1
     return restored(t[:k], q[:k], aux, kept, model, grid, path)
+
+
+def _digest(aux: Iterable[np.ndarray]) -> Any:
+    """Start a checksum: of the aux values, to which times and states, frame by frame, and the configuration are added."""
+    return sha256(b"".join(np.ascontiguousarray(values, dtype=float).tobytes() for values in aux))
+
+
+def _check(checksum: Any, t: np.ndarray, q: np.ndarray, aux: Mapping[str, np.ndarray], kept: str, path: Path) -> None:
+    """Refuse values that are not those that were written; a run that was cut off has left no checksum."""
+    if checksum is None:
+        return
+    found = _digest(aux.values())
+    for time, state in zip(t, q, strict=True):
+        found.update(time.tobytes() + state.tobytes())
+    found.update(kept.encode())
+    if found.hexdigest() != checksum:
+        raise Unreadable(path, "its values are not those that were written: it is damaged, or was changed")
 
 
 def _library(name: str, what: str) -> Any:

@@ -71,7 +71,7 @@ class _Series:
 
 
 def _positions(value: Any) -> np.ndarray:
-    return _validate.array(np.atleast_1d(value), "x")
+    return np.array(_validate.row(value, "x"))
 
 
 @attrs.define(eq=False)

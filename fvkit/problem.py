@@ -7,25 +7,31 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import _validate, contract
+from fvkit import _validate, contract, memory
 from fvkit.boundary import BoundaryCondition, Outflow
 from fvkit.grid import Grid
 from fvkit.model import Model, aux_rows
 from fvkit.quadrature import cell_averages
 from fvkit.sources import Source
 
+#: Floats per cell and component that a problem takes at least: nodes of a quadrature, values there, and averages.
+FLOATS = 12
 
-def _pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
+
+def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
+    """Return the conditions (left, right) of one or two, checked."""
     sides = boundary if isinstance(boundary, (tuple, list)) else (boundary, boundary)
     if len(sides) != 2:
         raise ValueError(f"`boundary` must be one condition or a pair (left, right), got {len(sides)}")
     left, right = (_validate.instance(side, "boundary", BoundaryCondition, "such as fv.Outflow()") for side in sides)
     if (left.reads == "opposite") != (right.reads == "opposite"):
-        raise ValueError(f"a periodic boundary needs both sides, got {type(left).__name__} and {type(right).__name__}")
+        raise ValueError(f"`boundary`: a periodic boundary needs both sides, got {type(left).__name__} and "
+                         f"{type(right).__name__}")
     return left, right
 
 
-def _sources(sources: Any) -> tuple[Source, ...]:
+def source_list(sources: Any) -> tuple[Source, ...]:
+    """Return the sources of one or several, checked."""
     given = tuple(sources) if isinstance(sources, (tuple, list)) else (sources,)
     return tuple(_validate.instance(source, "sources", Source, "such as gr.ConstantDrag(D=1.0)") for source in given)
 
@@ -79,8 +85,8 @@ class Problem:
     initial: Callable[[np.ndarray], Any] | Any = attrs.field(repr=False)
     t_end: float = attrs.field(converter=_validate.within())  # type: ignore[misc]
     aux: Mapping[str, Any] = attrs.field(factory=dict, repr=False)
-    boundary: Any = attrs.field(factory=Outflow, converter=_pair)
-    sources: Any = attrs.field(default=(), converter=_sources)
+    boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
+    sources: Any = attrs.field(default=(), converter=source_list)
     t_start: float = _validate.number(0.0)
     background: Callable[[np.ndarray], Any] | Any = attrs.field(default=None, repr=False)
     q0: np.ndarray = attrs.field(init=False, repr=False)
@@ -126,9 +132,10 @@ class Problem:
         _validate.instance(self.model, "model", Model)
         _validate.instance(self.grid, "grid", Grid)
         if not self.t_end > self.t_start:
-            raise ValueError(f"`t_end` must be > `t_start`, got {self.t_end:g} and {self.t_start:g}")
+            raise ValueError(f"`t_end` must be > `t_start`, got {self.t_end!r} and {self.t_start!r}")
         if not self.model.conserved:
             raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
+        memory.check(self.grid.num_cells, FLOATS * (len(self.model.conserved) + len(self.model.aux)), "num_cells")
         object.__setattr__(self, "aux_averages", self._average_aux())
         object.__setattr__(self, "q0", self._average(self.initial, "initial"))
         object.__setattr__(self, "background_averages",
@@ -139,8 +146,7 @@ class Problem:
             for side, left in zip(self.boundary, (True, False), strict=True)))
 
     def _average_aux(self) -> dict[str, np.ndarray]:
-        if not isinstance(self.aux, Mapping):
-            raise TypeError(f"`aux` must be a mapping such as {{'b': function}}, got {self.aux!r}")
+        _validate.mapping(self.aux, "aux", "{'b': function}")
         for name in self.aux:
             _validate.choice(name, "aux", self.model.aux)
         n = self.grid.num_cells
@@ -149,7 +155,10 @@ class Problem:
             value = self.aux.get(name, 0.0)
             if callable(value):
                 value = cell_averages(value, self.grid, None, f"aux[{name!r}]")
-            result[name] = _validate.array(np.full(n, value) if np.ndim(value) == 0 else value, f"aux[{name!r}]", (n,))
+            label = f"aux[{name!r}]"
+            if _validate.is_single(value):
+                value = np.full(n, _validate.real(value, label, hint="a number, cell averages or a function of x"))
+            result[name] = _validate.array(value, label, (n,))
         return result
 
     def _average(self, state: Any, name: str) -> np.ndarray:

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
+from fvkit._validate import shown
+
 Report = Callable[[float, int], None]
 Progress = bool | Callable[[float], None]
 
@@ -13,7 +15,7 @@ Progress = bool | Callable[[float], None]
 def checked(progress: Any) -> Progress:
     """Return the argument ``progress`` of runs and sweeps, or raise."""
     if not (isinstance(progress, bool) or callable(progress)):
-        raise TypeError(f"`progress` must be True, False or a function of the share done, got {progress!r}")
+        raise TypeError(f"`progress` must be True, False or a function of the share done, got {shown(progress)}")
     return progress
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fvkit import _validate
 from fvkit.grid import Grid
 
 #: Nodes in a cell: exact for polynomials of degree 9, so that averages never limit a scheme here.
@@ -37,13 +38,15 @@ def cell_averages(function: Callable[[np.ndarray], Any], grid: Grid, rows: int |
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     x = (grid.centers[:, None] + 0.5 * grid.dx * nodes).ravel()
     raw = function(x)
+    if not isinstance(raw, (np.ndarray, list, tuple)):
+        raw = _validate.floats(raw, f"{name}(x)")
     wanted = (x.size,) if rows is None else (rows, x.size)
     given = _shape(raw)
     scalars = rows is None and given == ()
     if given != wanted and not scalars:
         raise ValueError(f"`{name}(x)` must return shape {wanted} for x of shape {x.shape}, got {given}"
                          + ("; broadcast constants with np.full_like(x, value)" if given[:1] == wanted[:1] else ""))
-    values = np.broadcast_to(np.asarray(raw, dtype=float), wanted)
+    values = np.broadcast_to(_validate.floats(raw, f"{name}(x)"), wanted)
     return values.reshape(*wanted[:-1], grid.num_cells, NODES) @ (0.5 * weights)
 
 

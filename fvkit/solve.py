@@ -68,17 +68,15 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
         raise ValueError("`checkpoint` and `stream` do not go together: a checkpoint holds the outputs so far, give one of them")
     stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads, StepLength(dt_max, dt_initial, dt))
     targets = _targets(problem, times)
+    stream = None if stream is None else _validate.file(stream, "stream")
     frames = Memory(len(targets) + 1, problem.q0) if stream is None else Stream(stream, problem, stepper.scheme)
-    orders = Orders(observers, max_steps, np.inf if seconds is None else seconds, stop)
+    orders = Orders(observers, max_steps, np.inf if seconds is None else _validate.real(seconds, "seconds", above=0.0), stop)
     return run_to_end(stepper, targets, frames, orders, checkpoint, progress, throw)
 
 
 def _callbacks(observers: Any) -> tuple[Callable[[Stepper], None], ...]:
-    given = tuple(observers) if isinstance(observers, Iterable) else (observers,)
-    for observer in given:
-        if not callable(observer):
-            raise TypeError(f"`observers` must be functions of the stepper, got {observer!r}")
-    return given
+    given = tuple(observers) if isinstance(observers, Iterable) and not isinstance(observers, str) else (observers,)
+    return tuple(_validate.function(observer, "observers", "of the stepper, or a list of them") for observer in given)
 
 
 def _stop(value: Any) -> Stop | None:
@@ -91,8 +89,7 @@ class Orders:
 
     observers: Any = attrs.field(default=(), converter=_callbacks)
     max_steps: int = attrs.field(default=10_000_000, converter=lambda value: _validate.whole(value, "max_steps", at_least=0))
-    seconds: float = attrs.field(default=np.inf, converter=lambda value: value if value == np.inf else
-                                 _validate.real(value, "seconds", above=0.0))
+    seconds: float = np.inf
     stop: Stop | None = attrs.field(default=None, converter=_stop)
 
     def limit(self, stepper: Stepper) -> int:
@@ -115,7 +112,7 @@ class Orders:
 def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: Orders, checkpoint: Checkpoint | None,
                progress: bool | Callable[[float], None], throw: bool) -> Solution:
     """Run a stepper through the output times that are ahead of it; arguments as for `solve`, ``frames`` those behind it."""
-    problem = stepper.problem
+    problem, throw = stepper.problem, _validate.flag(throw, "throw")
     if checkpoint is not None:
         _validate.instance(checkpoint, "checkpoint", Checkpoint, "such as fv.Checkpoint('run.npz')")
     if orders.stop is not None:
@@ -175,9 +172,7 @@ def _march(stepper: Stepper, targets: list[float], frames: Frames, orders: Order
 def _targets(problem: Problem, times: Iterable[float] | None) -> list[float]:
     if times is None:
         return [problem.t_end]
-    targets = _validate.array(times if isinstance(times, np.ndarray) or not isinstance(times, Iterable) else list(times), "times")
-    if targets.ndim != 1 or not targets.size:
-        raise ValueError(f"`times` must be a non-empty sequence of numbers, got {times!r}")
+    targets = _validate.series(times, "times", "[0.5, 1.0]")
     if targets[0] < problem.t_start or targets[-1] > problem.t_end or (np.diff(targets) <= 0.0).any():
         raise ValueError(f"`times` must ascend within [{problem.t_start:g}, {problem.t_end:g}], got {targets.tolist()}")
     return [float(target) for target in targets if target > problem.t_start]
@@ -203,7 +198,10 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
     aux = tuple(problem.aux_averages[name] for name in model.aux)
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:
-        state = np.asarray(q, dtype=float).reshape(shape)
+        state = _validate.floats(q, "q")
+        if state.size != problem.q0.size:
+            raise ValueError(f"`q` must have shape {shape}, or as many numbers in a row, got {state.shape}")
+        state = state.reshape(shape)
         with np.errstate(all="ignore"):
             result = kernel.rate(kernel.padded(state), t)
             for source in problem.sources:

@@ -1,7 +1,7 @@
 """Sources and how they alternate with the transport step."""
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attrs
 
@@ -64,6 +64,11 @@ class Splitting(ABC):
 
     before: ClassVar[float]
     after: ClassVar[float]
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Any:
+        if not (hasattr(cls, "before") and hasattr(cls, "after")):
+            raise TypeError(f"{cls.__name__} is abstract: take fv.Strang() or fv.Godunov(), or set `before` and `after`")
+        return super().__new__(cls)
 
 
 @attrs.frozen

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fvkit import _validate
 from fvkit.archive import Archive, Unreadable, write_archive
 from fvkit.checkpoint import FORMAT as CHECKPOINT
 from fvkit.configuration import build, describe
@@ -26,7 +27,7 @@ def configuration_of(solution: Solution) -> dict[str, Any]:
 
 def save(solution: Solution, path: str | Path) -> Path:
     """Write a solution to a ``.nc`` or ``.npz`` file, see `Solution.save`."""
-    target = Path(path)
+    target = _validate.file(path, "path")
     if target.suffix == ".nc":
         from fvkit.netcdf import write
 
@@ -62,7 +63,7 @@ def load(path: str | Path) -> Solution:
     FileNotFoundError
         If there is no such file.
     """
-    source = Path(path)
+    source = _validate.file(path, "path")
     if source.suffix == ".nc":
         from fvkit.netcdf import read
 
@@ -102,8 +103,6 @@ def part(kept: Mapping[str, Any], name: str, kind: type, source: Path) -> Any:
         raise Unreadable(source, f"its configuration has no {name!r}")
     try:
         return build(kept[name], kind, name)
-    except RecursionError:
-        raise Unreadable(source, f"its {name} is nested too deeply") from None
     except ValueError as error:
         raise Unreadable(source, error) from None
 

@@ -13,13 +13,13 @@ from fvkit import Checkpoint, Solution, Status, StopAtRest, _validate, resume, s
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.configuration import build
-from fvkit.io import write_whole
+from fvkit.io import usable_folder, write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.pictures import KINDS, checked_film, space_time
 from fvkit.plot import new_axes
 from fvkit.study.settings import settings
 from fvkit_granular import advise_command, convergence_command, sweep_command
-from fvkit_granular.bench import bench
+from fvkit_granular.bench import ORDERS, bench
 from fvkit_granular.compare import compare, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
 from fvkit_granular.pictures import slip
@@ -29,6 +29,10 @@ from fvkit_granular.scene_text import scene_text
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
 from fvkit_granular.stress import command as stress_command
+
+#: What may stand on an axis of --plot-axes: columns of report.csv, of which some go on with a dot and a quantity.
+AXES = ("order", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max",
+        "order_observed", "mass_drift")
 
 #: Outputs of a film.
 FRAMES = 60
@@ -93,6 +97,11 @@ def _common(parser: argparse.ArgumentParser, folder: str) -> None:
     parser.add_argument("--out", type=Path, help=f"folder for the results (default {folder})")
 
 
+def _folder(options: argparse.Namespace, command: str, name: str) -> Path:
+    """The folder of the results."""
+    return options.out or Path(f"fvkit-{command}-{name}")
+
+
 def _scenes(options: argparse.Namespace) -> int:
     if options.show is not None:
         print(scene_text(find_scene(options.show)), end="")
@@ -109,6 +118,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
     for kind in options.plot:
         _validate.choice(kind, "--plot", (*KINDS, "slip", "space-time"))
+    usable_folder(_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene)), "--out")
     if options.resume is not None:
         for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
             if getattr(options, name) is not None:
@@ -139,7 +149,7 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
-    folder = options.out or Path(f"fvkit-run-{name}")
+    folder = _folder(options, "run", name)
     folder.mkdir(parents=True, exist_ok=True)
     solution.save(folder / "solution.npz")
     pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
@@ -188,6 +198,9 @@ def _bench(options: argparse.Namespace) -> int:
     for name in options.backends or ():
         _validate.choice(name, "--backends", BACKENDS[1:])
     _validate.whole(options.repeats, "--repeats", at_least=1)
+    for order in options.orders:
+        _validate.choice(order, "--orders", ORDERS)
+    usable_folder(options.out, "--out")
     result = bench(options.cells, options.orders, options.backends, options.repeats, progress=_teller())
     folder = result.save(options.out)
     print(result.table())
@@ -205,12 +218,15 @@ def _teller() -> Callable[[str], None] | None:
 def _compare(options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
     models = pick(options.models, "--models", MODELS)
+    for name in (name for pair in options.plot_axes for name in pair):
+        _validate.choice(name.partition(".")[0], "--plot-axes", AXES)
+    folder = usable_folder(_folder(options, "compare", scene_label(options.scene)), "--out")
     tell = _teller()
     report = compare(chosen, models, cells=options.cells, repeats=options.repeats, backend=options.backend,
                      seconds=options.seconds, progress=tell, **_schemes(options))
     if tell is not None:
         tell("")
-    folder = report.save(options.out or Path(f"fvkit-compare-{scene_label(options.scene)}"))
+    report.save(folder)
     for x, y in options.plot_axes:
         write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
     table = report.table().splitlines()

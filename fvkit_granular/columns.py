@@ -75,12 +75,12 @@ class Columns(NamedTuple):
         return self.values[name] * known[self.units[name]]
 
 
-def text_of(path: Path) -> str:
-    """Return the text of a file of at most 10 MB in UTF-8, or raise ValueError or OSError."""
+def text_of(path: Path, largest: int = LARGEST) -> str:
+    """Return the text of a file in UTF-8 of at most so many bytes, or raise ValueError or OSError."""
     if not path.is_file():
         raise FileNotFoundError(f"there is no file {path}")
-    if path.stat().st_size > LARGEST:
-        raise ValueError(f"{path} is larger than {LARGEST / 1e6:g} MB")
+    if path.stat().st_size > largest:
+        raise ValueError(f"{path} is larger than {largest / 1e6:g} MB")
     data = path.read_bytes()
     try:
         return data.decode("utf-8-sig")
@@ -105,7 +105,7 @@ def read_columns(path: str | Path) -> Columns:
     FileNotFoundError
         Where there is none.
     """
-    place = Path(path)
+    place = _validate.file(path, "path")
     lines = [(number, line) for number, line in enumerate(text_of(place).splitlines(), start=1)
              if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:
@@ -113,7 +113,7 @@ def read_columns(path: str | Path) -> Columns:
     units = _header(place, *lines[0])
     names, rows = list(units), []
     for number, line in lines[1:]:
-        cells = next(csv.reader([line]))
+        cells = _cells(place, number, line)
         if len(cells) != len(names):
             raise ValueError(f"{place}, line {number}: {len(names)} values are needed ({', '.join(names)}), got {len(cells)}; "
                              "columns are separated by commas, decimals by points")
@@ -123,14 +123,21 @@ def read_columns(path: str | Path) -> Columns:
     return Columns(place, units, dict(zip(names, values, strict=True)), [number for number, _ in lines[1:]])
 
 
+def _cells(path: Path, number: int, line: str) -> list[str]:
+    try:
+        return next(csv.reader([line]))
+    except csv.Error as error:
+        raise ValueError(f"{path}, line {number}: this is no CSV: {error}") from None
+
+
 def _header(path: Path, number: int, line: str) -> dict[str, str]:
     units: dict[str, str] = {}
-    for cell in next(csv.reader([line])):
+    for cell in _cells(path, number, line):
         name, bracket, rest = cell.strip().partition("[")
         name, unit = name.strip(), rest.strip().removesuffix("]").strip()
         if not name or not bracket or ";" in cell or not rest.strip().endswith("]"):
             raise ValueError(f"{path}, line {number}: a header names columns and units, such as `x [m], phi [-]`, separated by "
-                             f"commas; got {cell.strip()!r}")
+                             f"commas; got {_validate.shown(cell.strip())}")
         if name in units:
             raise ValueError(f"{path}, line {number}: the column `{name}` is there twice")
         units[name] = unit
@@ -141,9 +148,9 @@ def _number(cell: str, where: str) -> float:
     try:
         value = float(cell)
     except ValueError:
-        raise ValueError(f"{where}: this is no number: {cell.strip()!r}") from None
+        raise ValueError(f"{where}: this is no number: {_validate.shown(cell.strip())}") from None
     if not np.isfinite(value):
-        raise ValueError(f"{where}: a finite number is needed, got {cell.strip()!r}")
+        raise ValueError(f"{where}: a finite number is needed, got {_validate.shown(cell.strip())}")
     return value
 
 

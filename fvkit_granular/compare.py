@@ -68,8 +68,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     scene = _validate.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     for name, given, example in (("models", models, "[gr.TwoPhase]"), ("riemann", riemann, "[fv.HLL()]"),
                                  ("cells", cells, "[100, 200]"), ("schemes", schemes, "[fv.WavePropagation(fv.HLL())]")):
-        if given is not None and (isinstance(given, str) or not isinstance(given, Iterable)):
-            raise TypeError(f"`{name}` must be a list such as {example}, got {given!r}")
+        if given is not None:
+            _validate.listed(given, name, example)
     counts = tuple(_validate.whole(count, "cells", at_least=1) for count in cells)
     repetitions = _validate.whole(repeats, "repeats", at_least=1)
     if not counts:
@@ -82,8 +82,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     else:
         runs = _runs_of(scene, kinds, schemes, counts)
     budget = None if seconds is None else _validate.real(seconds, "seconds", above=0.0)
-    tell = progress or (lambda line: None)
-    known = reference or scene.known_reference()
+    tell = (lambda line: None) if progress is None else _validate.function(progress, "progress", "of a line of text")
+    known = scene.known_reference() if reference is None else reference
     if known is not None:
         _validate.instance(known, "reference", Reference, "such as gr.FunctionReference('exact', 'a sentence', at=flow)")
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
@@ -109,7 +109,9 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
 
 def _runs(models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: tuple[int, ...], limiter: Any, order: Any,
           cfl: float) -> list[_Run]:
-    limiters = limiter if isinstance(limiter, list) else [limiter or MC()]
+    if isinstance(limiter, list) and not limiter:
+        raise TypeError("`limiter` must be a limiter or a list of them, not empty, got []")
+    limiters = limiter if isinstance(limiter, list) else [MC() if limiter is None else limiter]
     orders = order if isinstance(order, (list, tuple)) else [order]
     result = []
     for model in models:

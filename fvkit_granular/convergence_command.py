@@ -6,9 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fvkit import OrderError, convergence
+from fvkit import OrderError, _validate, convergence
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.io import usable_folder
 from fvkit.study.convergence import NORMS
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
@@ -37,6 +38,9 @@ def _convergence(teller: Teller, options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
     model = pick([options.model], "--model", MODELS)[0]
     (scheme,) = schemes_of(options)
+    wanted = None if options.expect is None else _validate.real(options.expect, "--expect")
+    if options.out is not None:
+        usable_folder(options.out, "--out")
     tell = teller()
     found = convergence(partial(chosen.problem, model), scheme, options.cells, chosen.known_reference(), norm=options.norm,
                         backend=options.backend, progress=tell)
@@ -45,12 +49,12 @@ def _convergence(teller: Teller, options: argparse.Namespace) -> int:
     print(f"scene {scene_label(options.scene)}: {found}")
     if options.out is not None:
         print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")
-    if options.expect is None:
+    if wanted is None:
         return SUCCESS
     try:
-        found.check(options.expect)
+        found.check(wanted)
     except OrderError as missed:
         print(str(missed).splitlines()[0])
         return FAILED
-    print(f"order {options.expect:g} is reached")
+    print(f"order {wanted:g} is reached")
     return SUCCESS

@@ -13,7 +13,7 @@ from fvkit_granular.columns import read_columns
 
 
 def _table(value: Any, field: Any) -> tuple[float, ...]:
-    return tuple(_validate.array(np.atleast_1d(value), field.name).ravel().tolist())
+    return _validate.row(value, field.name)
 
 
 def _column(**settings: Any) -> Any:

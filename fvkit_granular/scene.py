@@ -8,10 +8,12 @@ import attrs
 import numpy as np
 
 from fvkit import Grid, Model, Outflow, Problem, Source, _validate
+from fvkit.problem import boundary_pair, source_list
 from fvkit.quadrature import cell_averages
 from fvkit.solution import Solution
 from fvkit_granular.shaped_flow import ShapedFlow
 from fvkit_granular.shapes import Step
+from fvkit_granular.states import over, whole_flow
 
 #: The only kinds of reference.
 KINDS = ("exact", "semi-exact", "self-converged")
@@ -22,12 +24,8 @@ Flow = Callable[[np.ndarray], Mapping[str, Any]]
 def conserved(model: Model, flow: Flow) -> Callable[[np.ndarray], np.ndarray]:
     """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}."""
     def values(x: np.ndarray) -> np.ndarray:
-        given = dict(flow(x))
-        unknown = [name for name in given if name not in ("h", "phi", "vs", "vf")]
-        if unknown or not {"h", "phi"} <= given.keys():
-            raise ValueError(f"a flow needs h and phi, and takes vs and vf (0 where missing); got {', '.join(given)}")
-        state = {"vs": 0.0, "vf": 0.0} | given
-        return model.conserved_from(*(np.broadcast_to(state[name], x.shape)  # type: ignore[attr-defined]
+        state = whole_flow(flow(x))
+        return model.conserved_from(*(over(x, state[name], name)  # type: ignore[attr-defined]
                                       for name in ("h", "phi", "vs", "vf")))
 
     return values
@@ -57,7 +55,7 @@ class Reference(ABC):
     """
 
     kind: str = attrs.field(converter=_kind)
-    detail: str = ""
+    detail: str = _validate.words("")
 
     @abstractmethod
     def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
@@ -66,6 +64,18 @@ class Reference(ABC):
     def path_sensitivity(self) -> dict[str, Any] | None:
         """Return what `fvkit_granular.exact.path_sensitivity` finds, None for flows without internal shocks."""
         return None
+
+
+def _at(value: Any) -> Any:
+    return _validate.function(value, "at", "(x, t) -> {h, phi, vs, vf}")
+
+
+def _sensitivity(value: Any) -> Any:
+    return _validate.function(value, "sensitivity", "without arguments")
+
+
+def _solution(value: Any) -> Any:
+    return _validate.instance(value, "solution", Solution, "such as fv.solve returns it")
 
 
 @attrs.frozen(eq=False)
@@ -80,8 +90,9 @@ class FunctionReference(Reference):
     sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
     """
 
-    at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(kw_only=True, repr=False)
-    sensitivity: Callable[[], dict[str, Any] | None] | None = attrs.field(default=None, kw_only=True, repr=False)
+    at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(converter=_at, kw_only=True, repr=False)
+    sensitivity: Callable[[], dict[str, Any] | None] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_sensitivity), kw_only=True, repr=False)
 
     def path_sensitivity(self) -> dict[str, Any] | None:
         return None if self.sensitivity is None else self.sensitivity()
@@ -102,7 +113,7 @@ class SelfConverged(Reference):
     solution : a solution whose observables include h, phi, vs, vf.
     """
 
-    solution: Solution = attrs.field(kw_only=True, repr=False)
+    solution: Solution = attrs.field(converter=_solution, kw_only=True, repr=False)
 
     def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
         fine = self.solution.grid
@@ -113,16 +124,24 @@ class SelfConverged(Reference):
 
 
 def _interval(value: Any) -> tuple[float, float]:
-    if not isinstance(value, (tuple, list)) or len(value) != 2:
-        raise ValueError(f"`interval` must be a pair (lower, upper), got {value!r}")
-    return _validate.real(value[0], "interval[0]"), _validate.real(value[1], "interval[1]", above=float(value[0]))
+    return _validate.interval(value, "interval")
 
 
-def _times(value: Any) -> tuple[float, ...]:
-    times = _validate.array(value, "times")
-    if times.ndim != 1 or not times.size or times[0] <= 0.0 or (np.diff(times) <= 0.0).any():
-        raise ValueError(f"`times` must be a list of positive times that ascend, or None for the end alone, got {value!r}")
+def ascending(value: Any) -> tuple[float, ...]:
+    """Return output times as a tuple, checked."""
+    times = _validate.series(value, "times", "[0.5, 1.0]")
+    if times[0] <= 0.0 or (np.diff(times) <= 0.0).any():
+        raise ValueError("`times` must be a list of positive times that ascend, or None for the end alone, got "
+                         f"{_validate.shown(value)}")
     return tuple(times.tolist())
+
+
+def _flow(value: Any) -> Any:
+    return _validate.function(value, "initial", "x -> {h, phi, vs, vf}")
+
+
+def _reference(value: Any) -> Any:
+    return value if isinstance(value, Reference) else _validate.function(value, "reference", "of the scene, or a gr.Reference")
 
 
 @attrs.frozen(eq=False)
@@ -146,16 +165,17 @@ class Scene:
 
     interval: tuple[float, float] = attrs.field(converter=_interval)
     t_end: float = attrs.field(converter=_validate.within(above=0.0))  # type: ignore[misc]
-    initial: Flow = attrs.field(repr=False)
+    initial: Flow = attrs.field(converter=_flow, repr=False)
     bottom: Any = attrs.field(default=0.0, repr=False)
-    boundary: Any = attrs.field(factory=Outflow)
-    sources: Any = ()
+    boundary: Any = attrs.field(factory=Outflow, validator=lambda scene, field, value: boundary_pair(value))
+    sources: Any = attrs.field(default=(), validator=lambda scene, field, value: source_list(value))
     g: float = _validate.number(9.81, above=0.0)
     gamma: float = _validate.number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
-    reference: Reference | Callable[["Scene"], Reference] | None = attrs.field(default=None, repr=False)
-    name: str = ""
-    description: str = ""
-    times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
+    reference: Reference | Callable[["Scene"], Reference] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_reference), repr=False)
+    name: str = _validate.words("")
+    description: str = _validate.words("")
+    times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(ascending))
 
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""

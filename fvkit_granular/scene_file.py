@@ -79,7 +79,7 @@ def load_scene(path: str | Path) -> Scene:
 
     Parameters
     ----------
-    path : the file, UTF-8, at most 10 MB. CSV files that it names are relative to its folder.
+    path : the file, UTF-8, at most 1 MB. CSV files that it names are relative to its folder.
 
     Raises
     ------

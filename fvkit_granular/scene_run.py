@@ -13,6 +13,7 @@ from fvkit.backends import BACKENDS
 from fvkit.names import INTEGRATORS, LIMITERS, RECONSTRUCTIONS
 from fvkit_granular.parts import MODELS, RIEMANN
 from fvkit_granular.scene import Flow, Scene
+from fvkit_granular.scene import ascending as _times
 from fvkit_granular.scene_file import find_factory
 from fvkit_granular.two_phase import TwoPhase
 
@@ -26,13 +27,23 @@ FLOW = ("h", "phi", "vs", "vf")
 NAMED = {"riemann": RIEMANN, "limiter": LIMITERS, "reconstruction": RECONSTRUCTIONS, "integrator": INTEGRATORS}
 
 
+def _model(value: Any) -> Any:
+    if isinstance(value, type) and issubclass(value, Model):
+        return value
+    return _validate.instance(value, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
+
+
+def _scheme(value: Any) -> Any:
+    return None if value is None else _validate.instance(value, "scheme", Scheme, "such as fv.WavePropagation(fv.HLL())")
+
+
 def _factory(given: Any) -> Any:
     if isinstance(given, str):
         find_factory(given)
         return given
     if not callable(given):
         raise TypeError("`scene` must be the name of a built-in scene, the path of a .toml file, or a function that returns a "
-                        f"gr.Scene (at the top level of a module, for processes), got {given!r}")
+                        f"gr.Scene (at the top level of a module, for processes), got {_validate.shown(given)}")
     return given
 
 
@@ -66,10 +77,10 @@ class SceneRun:
     """
 
     scene: str | Callable[..., Scene] = attrs.field(converter=_factory)
-    model: Model | type[Model] = TwoPhase
-    scheme: Scheme | None = None
+    model: Model | type[Model] = attrs.field(default=TwoPhase, converter=_model)
+    scheme: Scheme | None = attrs.field(default=None, converter=_scheme)
     cells: int = attrs.field(default=400, converter=lambda value: _validate.whole(value, "cells", at_least=1))
-    times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(tuple))
+    times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
     backend: str = attrs.field(default="auto", converter=lambda value: _validate.choice(value, "backend", BACKENDS))
 
     def __call__(self, **parameters: Any) -> Solution:
@@ -112,7 +123,8 @@ class SceneRun:
         scene = self._make(**{name: left.pop(name) for name in self._arguments() if name in left})
         _validate.instance(scene, "scene", Scene)
         changes: dict[str, Any] = {name: left.pop(name) for name in PHYSICS if name in left}
-        factors = {name: left.pop(f"initial.{name}") for name in FLOW if f"initial.{name}" in left}
+        factors = {name: _validate.real(left.pop(f"initial.{name}"), f"initial.{name}", hint="a factor")
+                   for name in FLOW if f"initial.{name}" in left}
         if factors:
             changes["initial"] = partial(_scaled, scene.initial, factors)
         sources = list(scene.given_sources())

@@ -7,6 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from fvkit._validate import instance, shown
 from fvkit_granular.built_in import BuiltInBottom, BuiltInFlow, BuiltInReference, differences
 from fvkit_granular.columns import Profile
 from fvkit_granular.scene import Scene
@@ -28,6 +29,7 @@ def scene_text(scene: Scene) -> str:
     ValueError
         For what no file can say: functions and parts of one's own.
     """
+    instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     lines = [f"{key} = {_value(value)}" for key, value in (
         ("name", scene.name), ("description", scene.description), ("interval", scene.interval), ("t_end", scene.t_end),
         ("g", scene.g), ("gamma", scene.gamma)) if value != ""]
@@ -145,4 +147,4 @@ def _value(value: Any) -> str:
         return f"[{', '.join(_value(item) for item in value)}]"
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return repr(float(value))
-    raise ValueError(f"{value!r} has no form in a scene file")
+    raise ValueError(f"{shown(value)} has no form in a scene file")

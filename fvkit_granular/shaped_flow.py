@@ -5,14 +5,18 @@ from typing import Any
 import attrs
 import numpy as np
 
+from fvkit import _validate
 from fvkit_granular.shapes import Shape, Uniform, as_shape
 
 #: No velocity.
 NONE = Uniform(0.0)
 
 
-def _shape(value: Any) -> Shape | None:
-    return None if value is None else as_shape(value)
+#: Converters of the fields: a number becomes the uniform shape, and an error names the field.
+_SHAPE: Any = attrs.Converter(lambda value, field: as_shape(value, field.name), takes_field=True)
+_OPTIONAL: Any = attrs.Converter(lambda value, field: None if value is None else as_shape(value, field.name), takes_field=True)
+_GROUND: Any = attrs.Converter(lambda value, field: value if callable(value) and not isinstance(value, type) else
+                               _validate.real(value, field.name, hint="a number or a function of x"), takes_field=True)
 
 
 @attrs.frozen
@@ -28,12 +32,12 @@ class ShapedFlow:
     bottom : height of the bottom below ``surface``, m: a number or a function of x, the one of the scene.
     """
 
-    h: Shape | None = attrs.field(default=None, converter=_shape)
-    phi: Shape = attrs.field(default=None, converter=_shape, kw_only=True)
-    vs: Shape = attrs.field(default=NONE, converter=as_shape, kw_only=True)
-    vf: Shape = attrs.field(default=NONE, converter=as_shape, kw_only=True)
-    surface: Shape | None = attrs.field(default=None, converter=_shape, kw_only=True)
-    bottom: Any = attrs.field(default=0.0, kw_only=True)
+    h: Shape | None = attrs.field(default=None, converter=_OPTIONAL)  # type: ignore[misc]
+    phi: Shape = attrs.field(default=None, converter=_OPTIONAL, kw_only=True)  # type: ignore[misc]
+    vs: Shape = attrs.field(default=NONE, converter=_SHAPE, kw_only=True)  # type: ignore[misc]
+    vf: Shape = attrs.field(default=NONE, converter=_SHAPE, kw_only=True)  # type: ignore[misc]
+    surface: Shape | None = attrs.field(default=None, converter=_OPTIONAL, kw_only=True)  # type: ignore[misc]
+    bottom: Any = attrs.field(default=0.0, converter=_GROUND, kw_only=True)  # type: ignore[misc]
 
     def __attrs_post_init__(self) -> None:
         if (self.h is None) == (self.surface is None):

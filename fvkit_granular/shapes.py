@@ -60,7 +60,7 @@ class Step(Shape):
 def _numbers(value: Any, name: str, *more: int) -> np.ndarray:
     """Return a list of numbers, or of rows of them, as an array."""
     if not isinstance(value, (list, tuple, np.ndarray)) or not len(value):
-        raise TypeError(f"`{name}` must be a list, not empty, got {value!r}")
+        raise TypeError(f"`{name}` must be a list, not empty, got {_validate.shown(value)}")
     return _validate.array(value, name, (len(value), *more))
 
 
@@ -175,7 +175,7 @@ class PiecewiseLinear(Shape):
 
 def _shapes(value: Any) -> tuple[Shape, ...]:
     if not isinstance(value, (list, tuple)) or not value:
-        raise TypeError(f"`terms` must be a non-empty list of shapes and numbers, got {value!r}")
+        raise TypeError(f"`terms` must be a non-empty list of shapes and numbers, got {_validate.shown(value)}")
     return tuple(as_shape(term, "terms") for term in value)
 
 

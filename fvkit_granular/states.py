@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from fvkit import _validate
+
 
 def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return h, phi, vs, vf as arrays of one shape, velocities of an absent phase set to 0.
@@ -20,7 +22,8 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
     ValueError
         If a depth is negative, phi leaves [0, 1], or a value that counts is not finite.
     """
-    depth, fraction, solid, fluid = (np.array(a, dtype=float) for a in np.broadcast_arrays(h, phi, vs, vf))
+    depth, fraction, solid, fluid = np.broadcast_arrays(
+        *(_validate.floats(value, name) for name, value in (("h", h), ("phi", phi), ("vs", vs), ("vf", vf))))
     solid = np.where(depth * fraction > 0.0, solid, 0.0)
     fluid = np.where(depth * (1.0 - fraction) > 0.0, fluid, 0.0)
     for name, value, allowed, rule in (("h", depth, depth >= 0.0, "finite and >= 0"),
@@ -29,8 +32,26 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
                                        ("vf", fluid, True, "finite where there is fluid")):
         good = np.isfinite(value) & allowed
         if not good.all():
-            raise ValueError(f"`{name}` must be {rule}, got {value[~good].ravel()[0]!r}")
+            raise ValueError(f"`{name}` must be {rule}, got {_validate.shown(value[~good].ravel()[0])}")
     return depth, fraction, solid, fluid
+
+
+def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: a flow") -> dict[str, Any]:
+    """Return {h, phi, vs, vf} of what a function of x returned, velocities 0 where missing, or raise naming ``name``."""
+    flow = dict(_validate.mapping(given, name, "{'h': 1.0, 'phi': 0.5}"))
+    unknown = [key for key in flow if key not in ("h", "phi", "vs", "vf")]
+    if unknown or not {"h", "phi"} <= flow.keys():
+        raise ValueError(f"{what} needs h and phi, and takes vs and vf (0 where missing); got "
+                         f"{', '.join(map(str, flow)) or 'nothing'}")
+    return {"vs": 0.0, "vf": 0.0} | flow
+
+
+def over(x: np.ndarray, value: Any, name: str) -> np.ndarray:
+    """Return a value, or one for each of the points ``x`` (m,), as an array (m,), or raise naming ``name``."""
+    values = _validate.floats(value, name)
+    if values.shape not in ((), x.shape):
+        raise ValueError(f"`{name}` must have shape {x.shape} for x of that shape, or be a number, got shape {values.shape}")
+    return np.broadcast_to(values, x.shape)
 
 
 def ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:

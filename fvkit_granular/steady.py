@@ -7,11 +7,13 @@ import attrs
 import numpy as np
 
 from fvkit import Grid, Model
-from fvkit._validate import instance, real
+from fvkit._validate import flag, function, instance, real
+from fvkit._validate import interval as checked_interval
 from fvkit.quadrature import cell_averages
 from fvkit_granular.discrete_steady import MORE_CELLS, march
 from fvkit_granular.pressure_coupled import PressureCoupled
 from fvkit_granular.scene import conserved
+from fvkit_granular.states import over, whole_flow
 from fvkit_granular.two_phase import TwoPhase
 
 if TYPE_CHECKING:
@@ -168,19 +170,21 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
 
     chosen = instance(TwoPhase() if model is None else model, "model", PressureCoupled, "gr.TwoPhase or gr.TwoLayer; for "
                       "gr.ShallowWater see exact.steady_flow")
-    lower, upper = real(interval[0], "interval[0]"), real(interval[1], "interval[1]", above=float(interval[0]))
+    function(bottom, "bottom", "x -> height")
+    lower, upper = checked_interval(interval, "interval")
     place = lower if at is None else real(at, "at", at_least=lower, at_most=upper)
     state = _state(inflow)
     x = np.unique(np.append(np.linspace(lower, upper, SAMPLES), place))
-    b = np.broadcast_to(np.asarray(bottom(x), dtype=float), x.shape)
+    b = over(x, bottom(x), "bottom(x)")
     if not np.isfinite(b).all():
-        raise ValueError("`bottom` must be finite on the interval")
+        raise ValueError(f"`bottom` must be finite on the interval, got {b[~np.isfinite(b)][0]} at x = "
+                         f"{x[~np.isfinite(b)][0]:g}")
     top, crest = _extreme(bottom, x, b, 1.0)
     low, _ = _extreme(bottom, x, b, -1.0)
     b0 = float(b[np.searchsorted(x, place)])
     hs, hf = state["phi"] * state["h"], (1.0 - state["phi"]) * state["h"]
     flow = discharges(chosen, hs, hf, state["vs"], state["vf"])
-    if transcritical:
+    if flag(transcritical, "transcritical"):
         _check_crest(x, b, crest, place, top - low)
         h = _passing(flow, state["h"], state["phi"], b0, top, low)
         state = {"h": h, "phi": state["phi"], "vs": flow.ms / (state["phi"] * h), "vf": flow.mf / ((1.0 - state["phi"]) * h)}
@@ -189,11 +193,9 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
 
 
 def _state(inflow: Mapping[str, float]) -> dict[str, float]:
-    unknown = [name for name in inflow if name not in ("h", "phi", "vs", "vf")]
-    if unknown or not {"h", "phi"} <= inflow.keys():
-        raise ValueError(f"`inflow` needs h and phi, and takes vs and vf (0 where missing); got {', '.join(inflow)}")
-    return {"h": real(inflow["h"], "h", above=0.0), "phi": real(inflow["phi"], "phi", above=0.0, below=1.0),
-            "vs": real(inflow.get("vs", 0.0), "vs"), "vf": real(inflow.get("vf", 0.0), "vf")}
+    flow = whole_flow(inflow, "inflow", "`inflow`")
+    return {"h": real(flow["h"], "h", above=0.0), "phi": real(flow["phi"], "phi", above=0.0, below=1.0),
+            "vs": real(flow["vs"], "vs"), "vf": real(flow["vf"], "vf")}
 
 
 def _extreme(bottom: Callable[[np.ndarray], Any], x: np.ndarray, b: np.ndarray, sign: float) -> tuple[float, float]:

@@ -11,11 +11,13 @@ from typing import Any
 
 from fvkit import Keep, Samples, Scheme, _validate, sweep
 from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.io import usable_folder
 from fvkit.sweeps import SweepResult
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SUFFIX
 from fvkit_granular.scene_run import SceneRun
 from fvkit_granular.scheme_options import schemes_of
+from fvkit_granular.toml_source import toml_text
 
 #: Keys of a file; those without a default must be there.
 DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": 400, "scheme": {}, "samples": "latin-hypercube", "members": 100,
@@ -52,6 +54,9 @@ EXAMPLE = """  scene = "debris-slope"
 def _sweep(options: argparse.Namespace) -> int:
     run, keep, samples = read(options.file)
     folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
+    usable_folder(folder, "--out")
+    if options.workers is not None:
+        _validate.whole(options.workers, "--workers", at_least=1)
     with _executor(options.dask) as executor:
         result = sweep(run, samples, executor, workers=options.workers, keep=keep, folder=folder / "members",
                        progress=sys.stderr.isatty())
@@ -100,16 +105,27 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
     ValueError
         For a mistake in the file: one sentence.
     """
+    text = toml_text(path)
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
+        given = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(f"{path.name} is nested too deeply") from None
+    except ValueError as error:
         raise ValueError(f"{path.name} is not TOML: {error}") from None
+    try:
+        return _plan(given, path)
+    except (ValueError, TypeError, OSError, OverflowError, RecursionError) as error:
+        raise ValueError(f"{path.name}: {error}") from None
+
+
+def _plan(given: Mapping[str, Any], path: Path) -> tuple[SceneRun, Keep, Samples]:
+    """Return what the data of a file says, checked."""
     for key in given:
-        _validate.choice(key, f"key of {path.name}", (*REQUIRED, *DEFAULTS))
+        _validate.choice(key, "key", (*REQUIRED, *DEFAULTS))
     for key in REQUIRED:
         if key not in given:
-            raise ValueError(f"{path.name} needs the key `{key}`")
-    plan = DEFAULTS | given
+            raise ValueError(f"the key `{key}` is missing")
+    plan = {**DEFAULTS, **given}
     model = MODELS[_validate.choice(plan["model"], "model", MODELS)]
     run = SceneRun(_scene(plan["scene"], path.parent), model, _scheme(plan["scheme"]), plan["cells"], backend=plan["backend"])
     samples, keep = _samples(plan), Keep(plan["outputs"])
@@ -132,8 +148,9 @@ def _samples(plan: Mapping[str, Any]) -> Samples:
 
 def _flat(parameters: Any, prefix: str = "") -> dict[str, Any]:
     """Parameters with dotted names, which TOML reads as nested tables where they are not in quotes."""
+    _validate.mapping(parameters, "parameters", "{gamma = [0.3, 0.6]}")
     result: dict[str, Any] = {}
-    for name, value in parameters.items() if isinstance(parameters, dict) else ():
+    for name, value in parameters.items():
         result |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
     return result
 

@@ -14,6 +14,9 @@ from fvkit import _validate
 from fvkit_granular.columns import text_of
 from fvkit_granular.toml_positions import Place, key_lines
 
+#: Larger files are refused, bytes: Python reads about 1 MB of TOML in a second.
+LARGEST = 1_000_000
+
 
 class TomlError(ValueError):
     """A mistake in a TOML file; the message names the file and, where it is known, the line."""
@@ -42,7 +45,7 @@ class Table:
         for key in self.data:
             if key not in known:
                 nearest = _nearest(key, known)
-                raise self.error(f"unknown key `{key}`; " + (f"did you mean `{nearest}`? " if nearest else "")
+                raise self.error(f"unknown key `{key[:_validate.LONGEST]}`; " + (f"did you mean `{nearest}`? " if nearest else "")
                                  + f"allowed: {', '.join(known)}", key)
         return self
 
@@ -108,13 +111,23 @@ class Table:
 
 def _nearest(key: str, known: Iterable[str]) -> str | None:
     """The most similar of the known keys, whatever the case; names of two letters may differ by one."""
+    if len(key) > _validate.LONGEST:
+        return None
     lower = {name.lower(): name for name in known}
     found = get_close_matches(key.lower(), lower, n=1, cutoff=0.5)
     return lower[found[0]] if found else None
 
 
+def toml_text(path: Path) -> str:
+    """Return the text of a TOML file, or raise where reading it as TOML would take too long."""
+    text = text_of(path, LARGEST)
+    if re.search(r"(?:\.[ \t]*[^\s.=\[\]{},#]+[ \t]*){100}", text):
+        raise TomlError(f"{path} is nested too deeply")
+    return text
+
+
 def read_toml(path: str | Path) -> Table:
-    """Return a TOML file of at most 10 MB as a table.
+    """Return a TOML file of at most 1 MB as a table.
 
     Raises
     ------
@@ -123,8 +136,8 @@ def read_toml(path: str | Path) -> Table:
     FileNotFoundError
         Where there is none.
     """
-    place = Path(path)
-    text = text_of(place)
+    place = _validate.file(path, "path")
+    text = toml_text(place)
     try:
         data = tomllib.loads(text)  # first: positions mean nothing in what is no TOML
         return Table(place, key_lines(text), (), data)

@@ -6,13 +6,19 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
+from fvkit import _validate
 from fvkit.riemann.base import RiemannSolver
 
 
 def _function(value: Any) -> Any:
     if not callable(value):
-        raise TypeError(f"`function` must be a Riemann solver f(q_l, q_r, aux_l, aux_r, problem_data), got {value!r}")
+        raise TypeError("`function` must be a Riemann solver f(q_l, q_r, aux_l, aux_r, problem_data), got "
+                        f"{_validate.shown(value)}")
     return value
+
+
+def _data(value: Any) -> Any:
+    return _validate.mapping(value, "problem_data", "{'u': 1.0}")
 
 
 @attrs.frozen
@@ -41,8 +47,8 @@ class PyClawRiemann(RiemannSolver):
     compilable: ClassVar[bool] = False
 
     function: Callable[..., Any] = attrs.field(converter=_function)
-    problem_data: Mapping[str, Any] = attrs.field(factory=dict, hash=False)
-    fwave: bool = False
+    problem_data: Mapping[str, Any] = attrs.field(factory=dict, converter=_data, hash=False)
+    fwave: bool = _validate.switch(False)
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
         shape = np.broadcast(*ql, *qr).shape

@@ -76,9 +76,9 @@ class WavePropagation(Scheme):
     order: int = attrs.field(default=2, converter=_order)
     cfl: float = _validate.number(0.9, above=0.0, at_most=1.0)
     splitting: Splitting = attrs.field(factory=Strang)
-    entropy_fix: bool = True
-    cross_term: bool = True
-    in_cell_shocks: bool = False
+    entropy_fix: bool = _validate.switch(True)
+    cross_term: bool = _validate.switch(True)
+    in_cell_shocks: bool = _validate.switch(False)
 
     def __attrs_post_init__(self) -> None:
         _validate.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")

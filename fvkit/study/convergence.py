@@ -76,6 +76,9 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
     >>> round(float(found.total_orders[-1]), 1)
     5.0
     """
+    _validate.function(problem_of, "problem_of", "of the number of cells")
+    if progress is not None:
+        _validate.function(progress, "progress", "of a line of text")
     counts = _counts(cells, reference is None)
     measure = NORMS[_validate.choice(norm, "norm", NORMS)]
     wanted = None if expect is None else _validate.real(expect, "expect")
@@ -97,7 +100,7 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
 
 
 def _counts(cells: Sequence[int], alone: bool) -> tuple[int, ...]:
-    counts = tuple(_validate.whole(count, "cells", at_least=1) for count in cells)
+    counts = tuple(_validate.whole(count, "cells", at_least=1) for count in _validate.listed(cells, "cells", "[50, 100, 200]"))
     least = 3 if alone else 2
     if len(counts) < least or any(b <= a for a, b in pairwise(counts)):
         raise ValueError(f"`cells` must hold at least {least} ascending numbers{' without a reference' * alone}, got {counts}")
@@ -112,7 +115,7 @@ def _averaging(reference: Any) -> Callable[[Model, Grid, float], np.ndarray]:
         return reference.averages
     if not callable(reference):
         raise TypeError("`reference` must be a function (x, t) -> (num_eqn, m), an object with `averages(model, grid, t)`, or "
-                        f"None; got {reference!r}")
+                        f"None; got {_validate.shown(reference)}")
     return lambda model, grid, t: cell_averages(lambda x: reference(x, t), grid, len(model.conserved), "reference")
 
 

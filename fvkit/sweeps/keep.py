@@ -27,17 +27,21 @@ REDUCTIONS: dict[str, Callable[[Solution, str, np.ndarray], float]] = {
     "front": _front,
 }
 
+#: What a sweep calls ``keep`` and `Keep` calls ``names``, as messages have it between backquotes.
+OUTPUTS = "names` of outputs to `keep"
+
 #: Statistics of a run that may be kept.
 STATS = ("steps", "rejected", "seconds", "max_cfl", "nonhyperbolic_faces", "repaired_cells")
 
 
 def _known(names: Iterable[str]) -> tuple[str, ...]:
-    given = (names,) if isinstance(names, str) else tuple(names)
+    given = (names,) if isinstance(names, str) else tuple(_validate.listed(
+        names, OUTPUTS, "['max.h', 'steps']"))
     for name in given:
         if not isinstance(name, str):
-            raise TypeError(f"outputs must be names, got {name!r}")
+            raise TypeError(f"`{OUTPUTS}` must be texts, got {_validate.shown(name)}")
         if "." in name:
-            _validate.choice(name.split(".")[0], f"output {name}", REDUCTIONS)
+            _validate.choice(name.split(".")[0], f"{OUTPUTS}`: the reduction of `{name}", REDUCTIONS)
     return given
 
 

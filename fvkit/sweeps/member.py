@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import attrs
 import numpy as np
 
+from fvkit import _validate
 from fvkit.solution import Solution, SolveError, Status
 from fvkit.sweeps.keep import Keep
 
@@ -66,6 +67,6 @@ def _numbers(returned: Any) -> dict[str, np.ndarray]:
     for name, value in returned.items():
         array = np.asarray(value)
         if array.dtype.kind not in "biufc":
-            raise TypeError(f"output `{name}` must be a number or an array of numbers, got {value!r}")
+            raise TypeError(f"output `{name}` must be a number or an array of numbers, got {_validate.shown(value)}")
         result[str(name)] = array
     return result

@@ -7,7 +7,23 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import _validate
+from fvkit import _validate, memory
+
+
+def _values(given: Any) -> dict[str, np.ndarray]:
+    columns = {name: _column(given[name], name) for name in _names(given, "values")}
+    lengths = {name: len(column) for name, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise ValueError("given samples need as many values of every parameter, got "
+                         + ", ".join(f"{count} of {name}" for name, count in lengths.items())
+                         + "; for all combinations use fv.Samples.grid")
+    return columns
+
+
+def _axes(given: Any) -> dict[str, np.ndarray]:
+    if isinstance(given, Mapping) and not given:
+        return {}
+    return {name: _column(given[name], name) for name in _names(given, "axes")}
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -20,8 +36,8 @@ class Samples:
     axes : of a grid, {parameter: its values}, the last one fastest; empty for other samples.
     """
 
-    values: Mapping[str, np.ndarray]
-    axes: Mapping[str, np.ndarray] = attrs.field(factory=dict)
+    values: Mapping[str, np.ndarray] = attrs.field(converter=_values)
+    axes: Mapping[str, np.ndarray] = attrs.field(factory=dict, converter=_axes)
 
     def __repr__(self) -> str:
         ranges = (f"{name} {np.min(values)} .. {np.max(values)}" if np.issubdtype(values.dtype, np.number) else
@@ -50,8 +66,9 @@ class Samples:
         """
         from scipy.stats import qmc  # half a second that other imports of fvkit need not wait for
 
-        names = _names(ranges)
+        names = _names(ranges, "ranges")
         count = _validate.whole(members, "members", at_least=1)
+        memory.check(count, 4 * len(names), "members")
         sampler = qmc.LatinHypercube(len(names), rng=np.random.default_rng(_validate.whole(seed, "seed", at_least=0)))
         shares = sampler.random(count).T
         return cls({name: _spread(name, ranges[name], share) for name, share in zip(names, shares, strict=True)})
@@ -59,20 +76,14 @@ class Samples:
     @classmethod
     def grid(cls, axes: Mapping[str, Iterable[Any]]) -> "Samples":
         """Return every combination of the values {parameter: values}, the last parameter fastest."""
-        known = {name: _column(axes[name], name) for name in _names(axes)}
+        known = {name: _column(axes[name], name) for name in _names(axes, "axes")}
         columns = zip(*product(*(column.tolist() for column in known.values())), strict=True)
         return cls({name: np.array(column) for name, column in zip(known, columns, strict=True)}, known)
 
     @classmethod
     def given(cls, values: Mapping[str, Iterable[Any]]) -> "Samples":
         """Return the samples {parameter: one value per member}."""
-        known = {name: _column(values[name], name) for name in _names(values)}
-        lengths = {name: len(column) for name, column in known.items()}
-        if len(set(lengths.values())) > 1:
-            raise ValueError("given samples need as many values of every parameter, got "
-                             + ", ".join(f"{count} of {name}" for name, count in lengths.items())
-                             + "; for all combinations use fv.Samples.grid")
-        return cls(known)
+        return cls(values)
 
     def __len__(self) -> int:
         return len(next(iter(self.values.values())))
@@ -82,16 +93,20 @@ class Samples:
         return {name: column[member].item() for name, column in self.values.items()}
 
 
-def _names(given: Any) -> list[str]:
+def _names(given: Any, argument: str) -> list[str]:
     if not isinstance(given, Mapping) or not given or not all(isinstance(name, str) for name in given):
-        raise TypeError(f"parameters of a sweep must be a non-empty mapping with names as keys, got {given!r}")
+        raise TypeError(f"`{argument}` must be a non-empty mapping of names of parameters, such as {{'gamma': [0.3, 0.5]}}, got "
+                        f"{_validate.shown(given)}")
     return list(given)
 
 
 def _column(values: Any, name: str) -> np.ndarray:
-    column = np.array([values] if isinstance(values, str) or not isinstance(values, Iterable) else list(values))
+    try:
+        column = np.array([values] if isinstance(values, str) or not isinstance(values, Iterable) else list(values))
+    except ValueError:  # rows of different lengths
+        column = np.empty((0, 0))
     if column.ndim != 1 or not column.size or column.dtype.kind not in "biufU":
-        raise TypeError(f"`{name}` must be a non-empty list of numbers or of names, got {values!r}")
+        raise TypeError(f"`{name}` must be a non-empty list of numbers or of names, got {_validate.shown(values)}")
     if column.dtype.kind == "f":
         _validate.array(column, name)
     return column
@@ -103,7 +118,7 @@ def _spread(name: str, given: Any, share: np.ndarray) -> np.ndarray:
         return np.asarray(given.ppf(share), dtype=float)
     if not isinstance(given, (tuple, list)) or len(given) not in (2, 3) or given[2:] not in ((), [], ("log",), ["log"]):
         raise ValueError(f"`{name}` must be (lower, upper), (lower, upper, 'log') or a distribution with a method ppf, "
-                         f"got {given!r}")
+                         f"got {_validate.shown(given)}")
     log = len(given) == 3
     low = _validate.real(given[0], f"{name}[0]", above=0.0 if log else None)
     high = _validate.real(given[1], f"{name}[1]", above=low)

@@ -55,12 +55,13 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
     -----
     ``folder`` knows the function by its name, not by its code: after a change of the code give another folder.
     """
-    samples = parameters if isinstance(parameters, Samples) else Samples.given(parameters)
-    if not callable(function):
-        raise TypeError(f"`function` must be a function of the parameters, got {function!r}")
+    folder = None if folder is None else _validate.file(folder, "folder")
+    samples = parameters if isinstance(parameters, Samples) else \
+        Samples.given(_validate.mapping(parameters, "parameters", "{'gamma': [0.3, 0.5]}"))
+    _validate.function(function, "function", "of the parameters")
     work = Work(function, keep if callable(keep) else Keep(() if keep is None else keep))
     if executor is not None and not callable(getattr(executor, "submit", None)):
-        raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {executor!r}; Dask's is "
+        raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {_validate.shown(executor)}; Dask's is "
                         "Client(...).get_executor()")
     crew = Crew(work, executor, None if workers is None else _validate.whole(workers, "workers", at_least=1),
                 None if batch is None else _validate.whole(batch, "batch", at_least=1),

@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import pytest
 
+from fvkit._validate import shown
 from fvkit.testing.common import Suite
 
 
@@ -50,10 +51,10 @@ def run(suite: type) -> Outcome:
         If ``suite`` is no class with checks.
     """
     if not isinstance(suite, type):
-        raise TypeError(f"`suite` must be the class, not an instance of it, got {suite!r}")
+        raise TypeError(f"`suite` must be the class, not an instance of it, got {shown(suite)}")
     checks = [(name, check) for name, check in getmembers(suite, isfunction) if name.startswith("test_")]
     if not checks or not issubclass(suite, Suite):
-        raise TypeError(f"`suite` must be a subclass of a suite such as fvkit.testing.ModelConformance, got {suite!r}")
+        raise TypeError(f"`suite` must be a subclass of a suite such as fvkit.testing.ModelConformance, got {shown(suite)}")
     missing = [name for name in suite.kinds if not hasattr(suite, name)]
     if missing:
         raise TypeError(f"{suite.__name__} must set {', '.join(f'`{name}`' for name in missing)}")

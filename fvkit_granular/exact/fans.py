@@ -88,7 +88,7 @@ def rarefaction_fans(
     state = first = two_phase_state(left, "left")
     spreads = finite_tuple(widths, "width1 width2 width3 width4", "widths")
     if min(spreads) < 0.0:
-        raise ValueError(f"`widths` must be >= 0 (a fan spreads with time), but are {spreads}")
+        raise ValueError(f"`widths` must be >= 0 (a fan spreads with time), got {spreads}")
     curves: list[IntegralCurve] = []
     for family, width in enumerate(spreads, start=1):
         begin = characteristic(family, *state, g, gamma)

@@ -11,8 +11,10 @@ import numpy as np
 from attrs import frozen
 from scipy.integrate import solve_ivp
 
-from fvkit._validate import real, whole
-from fvkit_granular.exact.states import FloatArray
+from fvkit._validate import function, real, whole
+from fvkit._validate import interval as checked_interval
+from fvkit_granular.exact.states import FloatArray, density_ratio
+from fvkit_granular.states import over, whole_flow
 
 
 @frozen(eq=False)
@@ -65,7 +67,11 @@ def periodic_flow(initial: Callable[[np.ndarray], Mapping[str, Any]], bottom: Ca
     """
     time, count = real(t, "t", above=0.0), whole(modes, "modes", at_least=6)
     force = real(drag, "drag", at_least=0.0)
-    lower, length = float(interval[0]), float(interval[1] - interval[0])
+    function(initial, "initial", "x -> {h, phi, vs, vf}")
+    function(bottom, "bottom", "x -> height")
+    g, gamma = real(g, "g", above=0.0), density_ratio(gamma)
+    lower, upper = checked_interval(interval, "interval")
+    length = upper - lower
     fine, coarse = (_march(initial, bottom, time, lower, length, g, gamma, m, force) for m in (count, 2 * (count // 3)))
     x = np.linspace(0.0, 1.0, 4 * count, endpoint=False)
     accuracy = float(np.abs(_values(fine, x) - _values(coarse, x)).max())
@@ -85,8 +91,8 @@ def _march(initial: Any, bottom: Any, t: float, lower: float, length: float, g: 
     def dx(values: np.ndarray) -> np.ndarray:
         return np.fft.ifft(k * np.fft.fft(values)).real
 
-    slope = dx(np.broadcast_to(np.asarray(bottom(x), dtype=float), x.shape))
-    state = {name: np.broadcast_to(value, x.shape) for name, value in initial(x).items()}
+    slope = dx(over(x, bottom(x), "bottom(x)"))
+    state = {name: over(x, value, name) for name, value in whole_flow(initial(x)).items()}
     hs, hf = state["h"] * state["phi"], state["h"] * (1.0 - state["phi"])
 
     def rate(_: float, flat: np.ndarray) -> np.ndarray:

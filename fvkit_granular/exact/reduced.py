@@ -150,5 +150,5 @@ def _wave(family: int, outer: ReducedState, h: float, v: float, g: float) -> Wav
 def _state(values: Sequence[float], where: str) -> ReducedState:
     h, phi, v = finite_tuple(values, "h phi v", where)
     if h < 0.0 or not 0.0 <= phi <= 1.0:
-        raise ValueError(f"`{where}` needs a depth h >= 0 and a solid fraction phi in [0, 1], but h = {h}, phi = {phi}")
+        raise ValueError(f"`{where}` needs a depth h >= 0 and a solid fraction phi in [0, 1], got h = {h}, phi = {phi}")
     return ReducedState(h, phi, v)

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 from scipy.optimize.elementwise import find_root
 
-from fvkit._validate import real
+from fvkit._validate import floats, function, real, shown
+from fvkit._validate import interval as checked_interval
 from fvkit_granular.exact.states import FloatArray
 
 #: Samples of the profile that find its extreme speeds and where it steepens first.
@@ -125,15 +126,14 @@ def simple_wave(
     ValueError
         For a profile that is dry or not finite, or an empty interval.
     """
-    profile = hump(far_depth=far_depth) if h0 is None else h0
+    profile = hump(far_depth=far_depth) if h0 is None else function(h0, "h0", "x -> depth")
     g, far_depth = real(g, "g", above=0.0), real(far_depth, "far_depth", above=0.0)
-    lower, upper = real(interval[0], "interval[0]"), real(interval[1], "interval[1]")
-    if not lower < upper:
-        raise ValueError(f"`interval` must be (lower, upper) with lower < upper, got {interval}")
+    lower, upper = checked_interval(interval, "interval")
     y = np.linspace(lower, upper, SAMPLES)
-    depth = np.asarray(profile(y), dtype=float)
+    depth = floats(profile(y), "h0(x)")
     if depth.shape != y.shape or not np.all(np.isfinite(depth)) or not np.all(depth > 0.0):
-        raise ValueError(f"`h0` must map x of shape {y.shape} to finite depths above 0 of that shape; it gives {depth}")
+        raise ValueError(f"`h0` must map x of shape {y.shape} to finite depths above 0 of that shape; got "
+                         f"{shown(depth)}")
     c = speed(depth, g, far_depth)
     d = y[1] - y[0]
 

@@ -12,7 +12,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike
 
-from fvkit._validate import real
+from fvkit._validate import array, real, shown
 from fvkit_granular.exact.states import FloatArray
 
 
@@ -58,7 +58,8 @@ def accelerated(solution: Any, acceleration: float, v0: float = 0.0) -> Accelera
         For a solution without ``at``, and for numbers that are none.
     """
     if not callable(getattr(solution, "at", None)):
-        raise TypeError(f"`solution` must have a method at(x, t), such as exact.shallow_water_riemann(...), got {solution!r}")
+        raise TypeError("`solution` must have a method at(x, t), such as exact.shallow_water_riemann(...), got "
+                        f"{shown(solution)}")
     return Accelerated(solution, real(acceleration, "acceleration"), real(v0, "v0"))
 
 
@@ -87,5 +88,5 @@ def block_stop(v0: float, nu: float, t: ArrayLike, g: float = 9.81) -> FloatArra
     g : gravity, m/s^2.
     """
     start = real(v0, "v0")
-    lost = real(nu, "nu", at_least=0.0) * real(g, "g", above=0.0) * np.asarray(t, dtype=float)
+    lost = real(nu, "nu", at_least=0.0) * real(g, "g", above=0.0) * array(t, "t")
     return np.asarray(np.sign(start) * np.maximum(abs(start) - lost, 0.0))

@@ -1,6 +1,5 @@
 """States and waves that the exact solutions exchange, the checks on them, and the variable x/t."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike, NDArray
 
-from fvkit._validate import real
+from fvkit._validate import is_single, real, shown
 
 FloatArray = NDArray[np.float64]
 
@@ -62,15 +61,14 @@ def finite_tuple(values: Sequence[float], names: str, where: str) -> tuple[float
     """Return ``values`` as floats after checking that they are the finite numbers ``names``."""
     expected = names.split()
     wanted = f"({', '.join(expected)}), {len(expected)} numbers"
+    if not isinstance(values, (list, tuple, np.ndarray)) or is_single(values):
+        raise TypeError(f"`{where}` must hold {wanted}, but is {shown(values)}")
+    if len(values) != len(expected):
+        raise ValueError(f"`{where}` must hold {wanted}, but has {len(values)}, {shown(values)}")
     try:
-        numbers = tuple(float(value) for value in values)
-    except TypeError:
-        raise TypeError(f"`{where}` must hold {wanted}, but is {values!r}") from None
-    if len(numbers) != len(expected):
-        raise ValueError(f"`{where}` must hold {wanted}, but has {len(numbers)}")
-    if not all(math.isfinite(number) for number in numbers):
-        raise ValueError(f"`{where}` must hold finite numbers ({', '.join(expected)}), but is {numbers}")
-    return numbers
+        return tuple(real(value, f"{name} of {where}") for name, value in zip(expected, values, strict=True))
+    except ValueError:
+        raise ValueError(f"`{where}` must hold finite numbers ({', '.join(expected)}), but is {shown(values)}") from None
 
 
 def density_ratio(gamma: float) -> float:
@@ -84,7 +82,7 @@ def two_phase_state(
     """Return the state (h, phi, vs, vf) in depths; negative depths raise ValueError, absent phases ``dry``."""
     h, phi, vs, vf = finite_tuple(values, "h phi vs vf", where)
     if h < 0.0 or not 0.0 <= phi <= 1.0:
-        raise ValueError(f"`{where}` needs a depth h >= 0 and a solid fraction phi in [0, 1], but h = {h}, phi = {phi}")
+        raise ValueError(f"`{where}` needs a depth h >= 0 and a solid fraction phi in [0, 1], got h = {h}, phi = {phi}")
     if h == 0.0 or phi in (0.0, 1.0):
         raise dry(
             f"dry state: `{where}` has h = {h}, phi = {phi}, but both phases must be present, h > 0 and 0 < phi < 1; "

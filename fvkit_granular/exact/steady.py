@@ -28,7 +28,7 @@ def critical_depth(q: float, g: float = 9.81) -> float:
     q : discharge h v, m^2/s.
     g : gravity, m/s^2.
     """
-    return (q * q / g) ** (1.0 / 3.0)
+    return (real(q, "q") ** 2 / real(g, "g", above=0.0)) ** (1.0 / 3.0)
 
 
 def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcritical", g: float = 9.81) -> FloatArray:
@@ -54,7 +54,8 @@ def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcri
     ValueError
         Where the head is below what the discharge needs, 1.5 critical depths above the bottom (choked).
     """
-    bottom = np.asarray(b, dtype=float)
+    bottom, q, energy = array(b, "b"), real(q, "q"), real(energy, "energy")
+    g = real(g, "g", above=0.0)
     branch = choice(branch, "branch", ("subcritical", "supercritical"))
     needed = 1.5 * critical_depth(q, g)
     head = energy - bottom

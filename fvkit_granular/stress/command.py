@@ -10,6 +10,7 @@ from typing import Any
 from fvkit import _validate
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.io import usable_folder
 from fvkit_granular.scene_file import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.randomly import HIGH, pairs, plan, random_stress
@@ -50,6 +51,7 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
         _validate.choice(order, "--orders", (1, 2, HIGH))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
+    usable_folder(options.out, "--out")
     if options.random is not None:
         return _random(options)
     report = stress(options.full, scenes or None, backends=options.backends, workers=options.workers, progress=tell)

@@ -1,0 +1,115 @@
+"""Files that nobody should trust: what is read equals what was written, or one ValueError or OSError names the file."""
+
+import resource
+import time
+import tracemalloc
+import warnings
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.robust.mutations import READERS, crafted, generator, inside, mutate, seeds, texts
+
+# h5netcdf cannot close a file that it could not open, and Python says so; nothing is lost.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
+#: What one reading may take: memory, bytes, and time, s, on a busy machine.
+MEMORY, SECONDS = 200_000_000, 2.0
+
+QUICK = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+                 derandomize=True, database=None)
+
+
+@pytest.fixture(scope="module")
+def valid(tmp_path_factory):
+    return seeds(tmp_path_factory.mktemp("seeds"))
+
+
+def outcome(kind, data, folder):
+    """What reading gives, or None where it is refused as promised; anything else fails."""
+    ending, reader = READERS[kind]
+    path = folder / f"mutated{ending}"
+    path.write_bytes(data)
+    peak, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return reader(path)
+    except (ValueError, OSError) as error:
+        said = str(error)
+    finally:
+        assert time.process_time() - start < SECONDS
+        assert 1000 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) < MEMORY
+    assert path.name in said
+    assert "\n" not in said
+    assert len(said) < 2000
+    return None
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_a_valid_file_is_read(kind, valid, tmp_path):
+    if kind not in valid:
+        pytest.skip("needs the extra io")
+    assert outcome(kind, valid[kind], tmp_path) is not None
+
+
+@pytest.mark.parametrize("kind", ["npz", "checkpoint", "netcdf"])
+@QUICK
+@given(seed=st.integers(0, 2**32))
+def test_one_change_of_an_archive_is_harmless_or_refused(kind, valid, tmp_path, seed):
+    if kind not in valid:
+        pytest.skip("needs the extra io")
+    found = outcome(kind, mutate(valid[kind], generator(seed)), tmp_path)
+    assert found in (None, outcome(kind, valid[kind], tmp_path))
+
+
+@pytest.mark.parametrize("kind", READERS)
+@QUICK
+@given(seed=st.integers(0, 2**32), times=st.integers(1, 8))
+def test_any_changes_are_read_or_refused(kind, valid, tmp_path, seed, times):
+    if kind not in valid:
+        pytest.skip("needs the extra io")
+    outcome(kind, mutate(valid[kind], generator(seed), times), tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["npz", "checkpoint"])
+@QUICK
+@given(seed=st.integers(0, 2**32), times=st.integers(1, 4))
+def test_changes_inside_an_archive_whose_checksums_are_right(kind, valid, tmp_path, seed, times):
+    outcome(kind, inside(valid[kind], generator(seed), times), tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["npz", "checkpoint"])
+def test_archives_made_on_purpose_are_refused_and_nothing_in_them_runs(kind, valid, tmp_path):
+    canary = tmp_path / "canary"
+    for what, data in crafted(valid[kind], canary).items():
+        found = outcome(kind, data, tmp_path)
+        assert found is None or what in ("a name outside", "encrypted"), what
+        assert not canary.exists(), what
+    assert not (tmp_path.parent.parent / "outside.npy").exists()
+
+
+def test_the_canary_would_sing(tmp_path):
+    import pickle
+
+    from tests.robust.mutations import Canary
+
+    pickle.loads(pickle.dumps(Canary(tmp_path / "canary"))).close()
+    assert (tmp_path / "canary").exists()
+
+
+@pytest.mark.parametrize(("kind", "what"), [(kind, what) for kind in ("scene", "sweep", "csv") for what in texts(kind)])
+def test_texts_made_on_purpose_are_refused(kind, what, tmp_path):
+    assert outcome(kind, texts(kind)[what], tmp_path) is None
+
+
+@pytest.mark.parametrize("kind", ["npz", "checkpoint", "scene", "csv"])
+def test_a_refused_file_costs_little_memory(kind, valid, tmp_path):
+    data = valid[kind]
+    tracemalloc.start()
+    for seed in range(20):
+        outcome(kind, mutate(data, generator(seed)), tmp_path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50_000_000
