@@ -1,10 +1,14 @@
 """The command ``fvkit``: parsing, exit codes and the sentences for mistakes. Commands come from plug-ins."""
 
 import argparse
+import errno
 import os
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from typing import Any, TextIO
 
@@ -13,6 +17,9 @@ from fvkit.solution import SolveError
 
 #: Exit codes.
 SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
+
+#: What a full or broken disk says; that is no mistake in the input.
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -51,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as end:
         return int(end.code or 0)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _termination_as_interrupt():
             warnings.showwarning = _warn
             return int(options.run(options))
     except KeyboardInterrupt:
@@ -64,8 +71,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except (ValueError, TypeError, OSError) as error:
-        print(f"fvkit: {' '.join(str(error).split())}", file=sys.stderr)
-        return MISTAKE
+        said = "; ".join([str(error), *getattr(error, "__notes__", ())])
+        print(f"fvkit: {' '.join(said.split())}", file=sys.stderr)
+        return FAILED if getattr(error, "errno", None) in DISK else MISTAKE
+
+
+@contextmanager
+def _termination_as_interrupt() -> Iterator[None]:
+    """Let SIGTERM, which batch systems send before they kill, do what Ctrl-C does: checkpoint, partial result, exit code 130."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _warn(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,

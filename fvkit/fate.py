@@ -36,8 +36,7 @@ class Fate:
         except SolveError as error:
             self._fail(error, error.status)
         except KeyboardInterrupt:
-            error = self.stepper.interrupted()
-            self._fail(error, error.status)
+            self._fail(self.stepper.interrupted(), Status.INTERRUPTED)
         except Exception as error:  # a user's function may raise anything: it is passed on, but nothing may be lost
             self.words.append(f"raised while {self.doing}, at t = {self.stepper.t:.8g}, step {self.stepper.steps}")
             self._fail(error, Status.ERROR)

@@ -3,7 +3,9 @@
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from errno import EIO
 from importlib import import_module
 from pathlib import Path
 from types import TracebackType
@@ -15,9 +17,15 @@ import numpy as np
 from fvkit.archive import Unreadable
 from fvkit.citation import CITATION
 from fvkit.grid import Grid
+from fvkit.io import temporary_beside
 from fvkit.model import Model
 from fvkit.solution import Solution
 from fvkit.storage import configuration_of, model_and_grid, parsed, restored
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -115,15 +123,29 @@ class Writer:
     model, grid, aux : whose states they are.
     q : (num_eqn, n) any of them.
     kept : configuration, to be replaced by that of the end.
+    part : another temporary name, which no one else uses.
+
+    Raises
+    ------
+    ValueError
+        If another process writes a file of that temporary name now.
+    OSError
+        Where the disk is full or fails, naming the temporary file, which keeps the frames before.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
-                 kept: Mapping[str, Any]) -> None:
+                 kept: Mapping[str, Any], part: Path | None = None) -> None:
         h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
-        self.path, self.part = path, path.with_name(f"{path.stem}.part.nc")
+        self.path, self.part = path, part or path.with_name(f"{path.stem}.part.nc")
         self._model, self._aux, self._layout, self._count = model, aux, fields(model, q, aux), 0
-        self._raw = h5py.File(self.part, "w", track_order=True)
-        self._file = h5netcdf.File(self._raw, "w")
+        with _alone(self.part), self._disk():
+            self._raw = h5py.File(self.part, "w", track_order=True)
+            self._file = h5netcdf.File(self._raw, "w")
+        with self._disk():
+            self._fill(grid, kept)
+
+    def _fill(self, grid: Grid, kept: Mapping[str, Any]) -> None:
+        """Write what does not hang on time."""
         n = grid.num_cells
         self._file.dimensions = {"time": None, "x": n, "bounds": 2}
         self._add("time", ("time",), TIME, chunks=(512,))
@@ -133,8 +155,17 @@ class Writer:
             chunks = {"chunks": (1, n)} if "time" in field.dims else {}
             variable = self._add(field.name, field.dims, field.attributes, **chunks)
             if field.role == "given":
-                variable[:] = aux[field.original]
+                variable[:] = self._aux[field.original]
         self._attributes(kept)
+
+    @contextmanager
+    def _disk(self) -> Iterator[None]:
+        """Name the file in what the library says of a disk."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            number = error.errno if isinstance(error, OSError) else None
+            raise OSError(number or EIO, f"{error}; the frames before are in the file", str(self.part)) from error
 
     def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, str], **options: Any) -> Any:
         variable = self._file.create_variable(name, dims, float, **options)
@@ -148,13 +179,14 @@ class Writer:
 
     def add(self, t: float, q: np.ndarray) -> None:
         """Add the state at a time; the time comes last, and then everything goes to disk."""
-        k = self._count
-        self._file.resize_dimension("time", k + 1)
-        for name, values in frame(self._model, self._layout, q, self._aux).items():
-            self._file[name][k, :] = values
-        self._file["time"][k] = t
-        self._count = k + 1
-        self._raw.flush()
+        k, values_of = self._count, frame(self._model, self._layout, q, self._aux)
+        with self._disk():
+            self._file.resize_dimension("time", k + 1)
+            for name, values in values_of.items():
+                self._file[name][k, :] = values
+            self._file["time"][k] = t
+            self._count = k + 1
+            self._raw.flush()
 
     def close(self) -> None:
         """Close the file under its temporary name."""
@@ -163,9 +195,10 @@ class Writer:
 
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
-        self._attributes(kept)
-        self.close()
-        os.replace(self.part, self.path)
+        with self._disk():
+            self._attributes(kept)
+            self.close()
+            os.replace(self.part, self.path)
         return self.path
 
     def __enter__(self) -> "Writer":
@@ -173,14 +206,39 @@ class Writer:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if kind is not None:
-            self.close()
+            with suppress(OSError, RuntimeError):  # a full disk refuses that too; the error on its way says so
+                self.close()
             self.part.unlink(missing_ok=True)
+
+
+@contextmanager
+def _alone(part: Path) -> Iterator[None]:
+    """Refuse a file that another process writes, before it is cut to nothing; nobody else may open it meanwhile.
+
+    The library locks a file only after it has emptied it. Its lock is tried here first, under one of the folder. Where the
+    system has no such locks, on Windows, a file that is open cannot be emptied.
+    """
+    if fcntl is None:
+        yield
+        return
+    folder = os.open(part.parent, os.O_RDONLY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        if part.exists():
+            with open(part, "rb") as file:
+                try:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    raise ValueError(f"{part} is written by another process, or read: give this run another name") from None
+        yield
+    finally:
+        os.close(folder)
 
 
 def write(solution: Solution, path: Path) -> Path:
     """Write a solution to a netCDF file, whole or not at all."""
-    kept = configuration_of(solution)
-    with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept) as writer:
+    kept, part = configuration_of(solution), temporary_beside(path)
+    with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, part) as writer:
         for t, q in zip(solution.t, solution.q, strict=True):
             writer.add(float(t), q)
         return writer.finish(kept)

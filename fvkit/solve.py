@@ -140,6 +140,8 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: O
             with fate.watch("writing the last checkpoint"):
                 saver.write()
             fate.words.append(saver.hint())
+        if fate.status is Status.ERROR:
+            frames.abandon()
         with fate.watch("writing the last output"):
             if stepper.t > frames.t[-1]:
                 frames.add(stepper.t, stepper.q)

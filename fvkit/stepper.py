@@ -102,8 +102,8 @@ class Stepper:
                 here = float(np.max(np.maximum(np.abs(low), np.abs(high))))
                 if np.any(low - high > SWAPPED * here):
                     cell = first + int(np.argmax(np.broadcast_to(low - high, q0[0, first:first + CHUNK].shape)))
-                    raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order; the "
-                                     f"first is above the second in cell {cell} (x = {self.problem.grid.centers[cell]:.6g})")
+                    raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order: "
+                                     f"the first is above the second in cell {cell} (x = {self.problem.grid.centers[cell]:.6g})")
                 speed = max(speed, here)
         return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
 
