@@ -112,8 +112,13 @@ class Stream(Frames):
         return np.array([q for _, q in self._ends])
 
     def finish(self, kept: Mapping[str, Any]) -> None:
-        if self._writer is not None and not self._broken:
+        if self._writer is None or self._broken:
+            return
+        try:
             self._writer.finish(kept)
+        except OSError:
+            self.abandon()
+            raise
 
     def abandon(self) -> None:
         self._broken = True
