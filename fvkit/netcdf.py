@@ -3,9 +3,7 @@
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
-from errno import EIO
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from types import TracebackType
@@ -16,16 +14,12 @@ import numpy as np
 
 from fvkit.archive import Unreadable
 from fvkit.citation import CITATION
+from fvkit.disk import PatientFile
 from fvkit.grid import Grid
 from fvkit.io import temporary_beside
 from fvkit.model import Model
 from fvkit.solution import Solution
 from fvkit.storage import configuration_of, model_and_grid, parsed, restored
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -128,7 +122,7 @@ class Writer:
     Raises
     ------
     ValueError
-        If another process writes a file of that temporary name now.
+        If another run writes a file of that temporary name now.
     OSError
         Where the disk is full or fails, naming the temporary file, which keeps the frames before.
     """
@@ -138,11 +132,15 @@ class Writer:
         h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
         self.path, self.part = path, part or path.with_name(f"{path.stem}.part.nc")
         self._model, self._aux, self._layout, self._count = model, aux, fields(model, q, aux), 0
-        with _alone(self.part), self._disk():
-            self._raw = h5py.File(self.part, "w", track_order=True)
-            self._file = h5netcdf.File(self._raw, "w")
-        with self._disk():
+        self._disk = PatientFile(self.part)
+        self._raw = h5py.File(self._disk, "w", track_order=True)
+        self._file = h5netcdf.File(self._raw, "w")
+        try:
             self._fill(grid, kept)
+            self._check()
+        except BaseException:
+            self._remove()
+            raise
 
     def _fill(self, grid: Grid, kept: Mapping[str, Any]) -> None:
         """Write what does not hang on time."""
@@ -158,14 +156,11 @@ class Writer:
                 variable[:] = self._aux[field.original]
         self._attributes(kept)
 
-    @contextmanager
-    def _disk(self) -> Iterator[None]:
-        """Name the file in what the library says of a disk."""
-        try:
-            yield
-        except (OSError, RuntimeError) as error:
-            number = error.errno if isinstance(error, OSError) else None
-            raise OSError(number or EIO, f"{error}; the frames before are in the file", str(self.part)) from error
+    def _check(self) -> None:
+        """Raise what the disk has refused."""
+        error = self._disk.error
+        if error is not None:
+            raise OSError(error.errno, f"{error.strerror}; the frames before are in the file", str(self.part)) from error
 
     def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, str], **options: Any) -> Any:
         variable = self._file.create_variable(name, dims, float, **options)
@@ -179,26 +174,27 @@ class Writer:
 
     def add(self, t: float, q: np.ndarray) -> None:
         """Add the state at a time; the time comes last, and then everything goes to disk."""
-        k, values_of = self._count, frame(self._model, self._layout, q, self._aux)
-        with self._disk():
-            self._file.resize_dimension("time", k + 1)
-            for name, values in values_of.items():
-                self._file[name][k, :] = values
-            self._file["time"][k] = t
-            self._count = k + 1
-            self._raw.flush()
+        k = self._count
+        self._file.resize_dimension("time", k + 1)
+        for name, values in frame(self._model, self._layout, q, self._aux).items():
+            self._file[name][k, :] = values
+        self._file["time"][k] = t
+        self._count = k + 1
+        self._raw.flush()
+        self._check()
 
     def close(self) -> None:
         """Close the file under its temporary name."""
         self._file.close()
         self._raw.close()
+        self._disk.close()
 
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
-        with self._disk():
-            self._attributes(kept)
-            self.close()
-            os.replace(self.part, self.path)
+        self._attributes(kept)
+        self.close()
+        self._check()
+        os.replace(self.part, self.path)
         return self.path
 
     def __enter__(self) -> "Writer":
@@ -206,42 +202,24 @@ class Writer:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if kind is not None:
-            with suppress(OSError, RuntimeError):  # a full disk refuses that too; the error on its way says so
-                self.close()
-            self.part.unlink(missing_ok=True)
+            self._remove()
 
-
-@contextmanager
-def _alone(part: Path) -> Iterator[None]:
-    """Refuse a file that another process writes, before it is cut to nothing; nobody else may open it meanwhile.
-
-    The library locks a file only after it has emptied it. Its lock is tried here first, under one of the folder. Where the
-    system has no such locks, on Windows, a file that is open cannot be emptied.
-    """
-    if fcntl is None:
-        yield
-        return
-    folder = os.open(part.parent, os.O_RDONLY)
-    try:
-        fcntl.flock(folder, fcntl.LOCK_EX)
-        if part.exists():
-            with open(part, "rb") as file:
-                try:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                except BlockingIOError:
-                    raise ValueError(f"{part} is written by another process, or read: give this run another name") from None
-        yield
-    finally:
-        os.close(folder)
+    def _remove(self) -> None:
+        self.close()
+        self.part.unlink(missing_ok=True)
 
 
 def write(solution: Solution, path: Path) -> Path:
     """Write a solution to a netCDF file, whole or not at all."""
     kept, part = configuration_of(solution), temporary_beside(path)
-    with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, part) as writer:
-        for t, q in zip(solution.t, solution.q, strict=True):
-            writer.add(float(t), q)
-        return writer.finish(kept)
+    try:
+        with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, part) as writer:
+            for t, q in zip(solution.t, solution.q, strict=True):
+                writer.add(float(t), q)
+            return writer.finish(kept)
+    except OSError as error:
+        cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
+        raise OSError(cause.errno, f"{cause.strerror}, so nothing was changed", str(path)) from error
 
 
 def read(path: Path) -> Solution:

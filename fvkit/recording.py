@@ -2,7 +2,6 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -123,5 +122,4 @@ class Stream(Frames):
     def abandon(self) -> None:
         self._broken = True
         if self._writer is not None:
-            with suppress(OSError, RuntimeError):  # the error that has brought us here tells more
-                self._writer.close()
+            self._writer.close()

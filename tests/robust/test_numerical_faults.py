@@ -201,7 +201,7 @@ def cases():
 @pytest.mark.parametrize("which", cases())
 def test_what_a_user_raises_is_passed_on_with_time_and_step_and_nothing_is_lost(which, tmp_path):
     given, doing = cases()[which]
-    with pytest.raises(Trouble, match="^a mistake of the user's") as caught:
+    with pytest.raises(Trouble, match=r"^a mistake of the user's") as caught:
         solve(**given, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
     partial, (note,) = caught.value.solution, caught.value.__notes__
     when, where = note.split("; ")
