@@ -144,11 +144,20 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
         march = self._march
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
+        while max_steps > 1 and march.max_cfl == 0.0 and not self.problem.sources:
+            self._take(target, 1)
+            max_steps -= 1
+            if march.t >= target:
+                return
+        self._take(target, max_steps)
+
+    def _take(self, target: float, max_steps: int) -> None:
+        """The same, one step at a time as long as nothing has moved."""
+        march = self._march
         known = march.lost
         resting = march.max_cfl == 0.0 and not self.problem.sources
-        if resting:
-            max_steps, books = min(max_steps, 1), tuple(book.copy() for book in march.books)
-        target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
+        books = tuple(book.copy() for book in march.books)
         started = clock.perf_counter()
         with np.errstate(all="ignore"):
             outcome = self._kernel.advance(march, target, max_steps)
