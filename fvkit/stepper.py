@@ -20,6 +20,9 @@ UNLIMITED = 2**62
 #: Share of the largest speed by which the smallest may lie above it, for rounding's sake.
 SWAPPED = 1e-9
 
+#: Share of the largest value of a component below which what changes at no speed is rounding.
+NOTHING = 1e-9
+
 
 class Stepper:
     """One problem under one scheme, one step at a time: what `solve` runs.
@@ -145,18 +148,23 @@ class Stepper:
         """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
         march = self._march
         target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
-        while max_steps > 1 and march.max_cfl == 0.0 and not self.problem.sources:
+        while max_steps > 1 and self._resting:
             self._take(target, 1)
             max_steps -= 1
             if march.t >= target:
                 return
         self._take(target, max_steps)
 
+    @property
+    def _resting(self) -> bool:
+        """Whether nothing had a speed so far, in a problem where nothing else may change the state."""
+        return self._march.max_cfl == 0.0 and not self.problem.sources and not self.problem.model.defines("settle")
+
     def _take(self, target: float, max_steps: int) -> None:
         """The same, one step at a time as long as nothing has moved."""
         march = self._march
         known = march.lost
-        resting = march.max_cfl == 0.0 and not self.problem.sources
+        resting = self._resting
         books = tuple(book.copy() for book in march.books)
         started = clock.perf_counter()
         with np.errstate(all="ignore"):
@@ -187,10 +195,12 @@ class Stepper:
 
     def _check_rest(self, books: tuple[np.ndarray, ...]) -> None:
         """Take back a step in which something moved at no speed; of speeds that are too small, 0 alone is seen at once."""
-        march, moved = self._march, (self._kernel.inside(self._march.now) != self._kernel.inside(self._march.next)).any(axis=0)
+        march = self._march
+        now, before = self._kernel.inside(march.now), self._kernel.inside(march.next)
+        moved = (np.abs(now - before) > NOTHING * np.abs(before).max(axis=1, keepdims=True)).any(axis=0)
         if moved.any():
-            for book, before in zip(march.books, books, strict=True):
-                book[:] = before
+            for book, kept in zip(march.books, books, strict=True):
+                book[:] = kept
             self.fail(Status.WRONG_SPEED, int(np.argmax(moved)), march.now)
 
     def _diagnosis(self) -> tuple[Status, int, np.ndarray]:
