@@ -66,6 +66,23 @@ class Saver:
         self.checkpoint, self._stop = checkpoint, stop
         self._stepper, self._frames, self._targets = stepper, frames, targets
         self._wall, self._t = clock.perf_counter(), stepper.t
+        self._last: tuple[float, int] | None = None
+
+    def begin(self) -> None:
+        """Replace the file of another run at once: a kill before the first checkpoint must not leave that to be resumed."""
+        if self.checkpoint.path.exists():
+            self.write()
+
+    def hint(self) -> str:
+        """Where the run can go on."""
+        path = str(self.checkpoint.path)
+        if self._last is None:
+            return f"no checkpoint was written: {path} is as it was" if self.checkpoint.path.exists() else \
+                f"no checkpoint was written to {path}"
+        t, steps = self._last
+        if steps == self._stepper.steps:
+            return f"fv.resume({path!r}) goes on from here"
+        return f"the last checkpoint is of t = {t:.8g}, step {steps}: fv.resume({path!r}) goes on from there"
 
     def tick(self) -> None:
         """Write a checkpoint if one is due."""
@@ -87,3 +104,4 @@ class Saver:
             **({} if problem.background is None else {"background": problem.background_averages}),
             "plan": json.dumps(plan), "configuration": json.dumps(kept, allow_nan=False)})
         self._wall, self._t = clock.perf_counter(), stepper.t
+        self._last = stepper.t, stepper.steps

@@ -1,10 +1,14 @@
 """The command ``fvkit``: parsing, exit codes and the sentences for mistakes. Commands come from plug-ins."""
 
 import argparse
+import errno
 import os
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from typing import Any, TextIO
 
@@ -16,6 +20,9 @@ SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 
 #: Characters of a message.
 LONGEST = 1200
+
+#: What a full or broken disk says; that is no mistake in the input.
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -55,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SystemExit as end:
         return int(end.code or 0)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _termination_as_interrupt():
             warnings.showwarning = _warn
             return int(options.run(options))
     except KeyboardInterrupt:
@@ -71,14 +78,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say(f"not enough memory: {str(error) or 'take fewer cells or outputs'}")
         return MISTAKE
     except (ValueError, TypeError, OSError) as error:
-        _say(str(error))
-        return MISTAKE
+        _say("; ".join([str(error), *getattr(error, "__notes__", ())]))
+        return FAILED if getattr(error, "errno", None) in DISK else MISTAKE
 
 
 def _say(message: str, end: str = "") -> None:
     """Write one line on stderr, cut where a value in it is too long to be read."""
     line = " ".join(message.split())
     print(f"fvkit: {line if len(line) <= LONGEST else line[:LONGEST] + '...'}{end}", file=sys.stderr)
+
+
+@contextmanager
+def _termination_as_interrupt() -> Iterator[None]:
+    """Let SIGTERM, which batch systems send before they kill, do what Ctrl-C does: checkpoint, partial result, exit code 130."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _warn(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,

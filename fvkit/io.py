@@ -6,32 +6,48 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
+from uuid import uuid4
 
 from fvkit import _validate
 
 
-def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any]) -> Path:
+def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace: bool = True) -> Path:
     """Let ``write`` fill a temporary file beside ``path``, then rename it: an existing file survives any failure.
+
+    Any number of processes and threads may do so at once, each with a temporary file of its own: the last one counts.
 
     Parameters
     ----------
     path : where the file shall stand; its folder must exist.
     write : function of the open binary file.
+    replace : False refuses where a file exists, also one that another process has made in the meantime.
 
     Returns
     -------
     pathlib.Path
         ``path``.
+
+    Raises
+    ------
+    OSError
+        If the disk is full or anything else goes wrong with it; it names ``path``.
+    FileExistsError
+        If there is a file and ``replace`` is False.
     """
     target = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
+    temporary = temporary_beside(target)
     try:
-        with os.fdopen(handle, "wb") as file:
+        with open(temporary, "xb") as file:
             write(file)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, target)
+        if replace:
+            os.replace(temporary, target)
+        else:
+            _name_new(temporary, target)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OSError(error.errno, f"{error.strerror or error}, so nothing was changed", str(target)) from error
     except BaseException:
-        Path(temporary).unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
     return target
 
@@ -56,7 +72,20 @@ def usable_folder(path: str | Path, name: str) -> Path:
     return target
 
 
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def temporary_beside(target: Path) -> Path:
+    """Return a name in the folder of a file that no one else uses."""
+    return target.with_name(f".{target.name}.{uuid4().hex[:12]}.part")
+
+
+def _name_new(temporary: Path, target: Path) -> None:
+    """Give a file a name that is free, in one move where the file system has links."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise
+    except OSError:  # no links here: what is left is a moment in which two processes may both find the name free
+        if target.exists():
+            raise FileExistsError(None, "it exists", str(target)) from None
+        os.replace(temporary, target)
+    else:
+        temporary.unlink()

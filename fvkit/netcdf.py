@@ -4,12 +4,10 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping
-from errno import ENOSPC
 from hashlib import sha256
 from importlib import import_module
-from os import strerror
 from pathlib import Path
-from shutil import disk_usage
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -17,8 +15,9 @@ import numpy as np
 
 from fvkit.archive import Unreadable
 from fvkit.citation import CITATION
+from fvkit.disk import PatientFile
 from fvkit.grid import Grid
-from fvkit.io import write_whole
+from fvkit.io import temporary_beside
 from fvkit.model import Model
 from fvkit.solution import Solution
 from fvkit.storage import configuration_of, model_and_grid, parsed, restored
@@ -28,9 +27,6 @@ if TYPE_CHECKING:
 
 #: A file may declare this many times its own size: packed by other tools, states shrink, but no further.
 LARGEST_RATIO = 100
-
-#: Bytes that a frame may take beside its numbers: indices, attributes.
-ROOM = 1_000_000
 
 #: Names that coordinates and dimensions take.
 TAKEN = ("time", "x", "x_bounds", "bounds")
@@ -122,20 +118,34 @@ class Writer:
     model, grid, aux : whose states they are.
     q : (num_eqn, n) any of them.
     kept : configuration, to be replaced by that of the end.
-    in_memory : nothing is written to disk: `image` returns the content.
+    part : another temporary name, which no one else uses.
+
+    Raises
+    ------
+    ValueError
+        If another run writes a file of that temporary name now.
+    OSError
+        Where the disk is full or fails, naming the temporary file, which keeps the frames before.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
-                 kept: Mapping[str, Any], in_memory: bool = False) -> None:
+                 kept: Mapping[str, Any], part: Path | None = None) -> None:
         h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
-        self.path, self.part = path, path.with_name(f"{path.stem}.part.nc")
+        self.path, self.part = path, part or path.with_name(f"{path.stem}.part.nc")
         self._model, self._aux, self._layout, self._count = model, aux, fields(model, q, aux), 0
-        self._frame = 0 if in_memory else 8 * grid.num_cells * len(self._layout) + ROOM
-        self._check_room()
-        kind = {"driver": "core", "backing_store": False} if in_memory else {}
-        self._raw = h5py.File(self.part, "w", track_order=True, **kind)
-        self._file = h5netcdf.File(self._raw, "w")
         self._digest = _digest(aux.values())
+        self._disk = PatientFile(self.part)
+        self._raw = h5py.File(self._disk, "w", track_order=True)
+        self._file = h5netcdf.File(self._raw, "w")
+        try:
+            self._fill(grid, kept)
+            self._check()
+        except BaseException:
+            self._remove()
+            raise
+
+    def _fill(self, grid: Grid, kept: Mapping[str, Any]) -> None:
+        """Write what does not hang on time."""
         n = grid.num_cells
         self._file.dimensions = {"time": None, "x": n, "bounds": 2}
         self._add("time", ("time",), TIME, chunks=(512,))
@@ -145,8 +155,14 @@ class Writer:
             chunks = {"chunks": (1, n)} if "time" in field.dims else {}
             variable = self._add(field.name, field.dims, field.attributes, **chunks)
             if field.role == "given":
-                variable[:] = aux[field.original]
+                variable[:] = self._aux[field.original]
         self._attributes(kept)
+
+    def _check(self) -> None:
+        """Raise what the disk has refused."""
+        error = self._disk.error
+        if error is not None:
+            raise OSError(error.errno, f"{error.strerror}; the frames before are in the file", str(self.part)) from error
 
     def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, str], **options: Any) -> Any:
         variable = self._file.create_variable(name, dims, float, **options)
@@ -160,7 +176,6 @@ class Writer:
 
     def add(self, t: float, q: np.ndarray) -> None:
         """Add the state at a time; the time comes last, and then everything goes to disk."""
-        self._check_room()
         k = self._count
         self._file.resize_dimension("time", k + 1)
         for name, values in frame(self._model, self._layout, q, self._aux).items():
@@ -169,16 +184,13 @@ class Writer:
         self._digest.update(np.array(t, dtype=float).tobytes() + np.ascontiguousarray(q).tobytes())
         self._count = k + 1
         self._raw.flush()
+        self._check()
 
     def close(self) -> None:
         """Close the file under its temporary name."""
         self._file.close()
         self._raw.close()
-
-    def _check_room(self) -> None:
-        """Raise OSError where the disk has no room for one more frame: HDF5 would crash."""
-        if self._frame and disk_usage(self.path.absolute().parent).free < self._frame:
-            raise OSError(ENOSPC, f"{strerror(ENOSPC)} for one more output", str(self.path))
+        self._disk.close()
 
     def _seal(self) -> None:
         """Note the checksum of everything that `read` takes from the file."""
@@ -187,30 +199,38 @@ class Writer:
         self._file.flush()
         self._raw.flush()
 
-    def image(self) -> bytes:
-        """Return the content of a file in memory, and close it."""
-        self._seal()
-        content: bytes = self._raw.id.get_file_image()
-        self.close()
-        return content
-
     def finish(self, kept: Mapping[str, Any]) -> Path:
         """Write the configuration of the end, close the file and give it its name."""
         self._attributes(kept)
         self._seal()
         self.close()
+        self._check()
         os.replace(self.part, self.path)
         return self.path
 
+    def __enter__(self) -> "Writer":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is not None:
+            self._remove()
+
+    def _remove(self) -> None:
+        self.close()
+        self.part.unlink(missing_ok=True)
+
 
 def write(solution: Solution, path: Path) -> Path:
-    """Write a solution to a netCDF file, whole or not at all: made in memory first, since HDF5 crashes on a full disk."""
-    kept = configuration_of(solution)
-    writer = Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, in_memory=True)
-    for t, q in zip(solution.t, solution.q, strict=True):
-        writer.add(float(t), q)
-    content = writer.image()
-    return write_whole(path, lambda file: file.write(content))
+    """Write a solution to a netCDF file, whole or not at all."""
+    kept, part = configuration_of(solution), temporary_beside(path)
+    try:
+        with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, part) as writer:
+            for t, q in zip(solution.t, solution.q, strict=True):
+                writer.add(float(t), q)
+            return writer.finish(kept)
+    except OSError as error:
+        cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
+        raise OSError(cause.errno, f"{cause.strerror}, so nothing was changed", str(path)) from error
 
 
 def read(path: Path) -> Solution:

@@ -37,7 +37,7 @@ class Frames(ABC):
 
     @abstractmethod
     def abandon(self) -> None:
-        """Let go of what is open, after an error that has nothing to do with the run."""
+        """Let go of what is open, after an error that has nothing to do with the run; what comes is kept in memory alone."""
 
 
 class Memory(Frames):
@@ -85,11 +85,21 @@ class Stream(Frames):
         kept = effective(problem, scheme, nothing, Status.INTERRUPTED, "the process ended before the run did")
         self._open = partial(Writer, target, problem.model, problem.grid, problem.aux_averages, problem.q0, kept)
         self._writer: Writer | None = None
+        self._broken = False
         self._ends: list[tuple[float, np.ndarray]] = []
 
     def add(self, t: float, q: np.ndarray) -> None:
-        self._writer = self._writer or self._open()
-        self._writer.add(t, q)
+        try:
+            if not self._broken:
+                self._writer = self._writer or self._open()
+                self._writer.add(t, q)
+        except OSError:
+            self._broken = True  # what is in the file stays there; the run ends, with its last state in memory
+            self._keep(t, q)
+            raise
+        self._keep(t, q)
+
+    def _keep(self, t: float, q: np.ndarray) -> None:
         self._ends = [*self._ends[:1], (t, q.copy())]
 
     @property
@@ -101,9 +111,15 @@ class Stream(Frames):
         return np.array([q for _, q in self._ends])
 
     def finish(self, kept: Mapping[str, Any]) -> None:
-        if self._writer is not None:
+        if self._writer is None or self._broken:
+            return
+        try:
             self._writer.finish(kept)
+        except OSError:
+            self.abandon()
+            raise
 
     def abandon(self) -> None:
+        self._broken = True
         if self._writer is not None:
             self._writer.close()

@@ -27,9 +27,11 @@ class Status(Enum):
     DT_TOO_SMALL = "the time step became too small: the speeds grow without bound"
     DT_TOO_LARGE = "the given `dt` is longer than the Courant number of the scheme allows: give a shorter one, or `dt_max`"
     NON_FINITE = "a state became infinite or not a number"
+    WRONG_SPEED = "a wave speed is infinite or not a number, or 0 where the state moves: `wave_speeds` of the model is wrong"
     NEGATIVE_DEPTH = "a mass became negative"
     INADMISSIBLE = "a state left what the model allows"
     INTERRUPTED = "the run was interrupted"
+    ERROR = "an exception ended the run"
     NONHYPERBOLIC = "the characteristic speeds became complex, and nonhyperbolic='raise' was asked for"
 
 

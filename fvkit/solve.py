@@ -11,11 +11,12 @@ from fvkit import _validate
 from fvkit.backends import array_kernel
 from fvkit.checkpoint import Checkpoint, Saver
 from fvkit.configuration import effective
+from fvkit.fate import Fate
 from fvkit.problem import Problem
 from fvkit.progress import checked, reporter
 from fvkit.recording import Frames, Memory, Stream
 from fvkit.schemes import Scheme
-from fvkit.solution import Solution, SolveError, Status
+from fvkit.solution import Solution, Status
 from fvkit.step_length import StepLength
 from fvkit.stepper import Stepper, assemble
 from fvkit.stopping import Stop
@@ -61,6 +62,10 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     SolveError
         If the run fails and ``throw`` is true; it carries the partial solution. After Ctrl-C it is an `Interrupted`,
         which is a KeyboardInterrupt as well.
+    Exception
+        Whatever a function of yours raises (a pointwise method, a boundary's values, an observer, a stop rule), and the
+        OSError of a disk, as it is, with a note that says at which time and step, and with the partial solution as
+        ``solution``; with ``throw`` false the run ends as `Status.ERROR` instead. A checkpoint is written first.
     ValueError, TypeError
         For bad input, whatever ``throw`` is.
     """
@@ -118,55 +123,71 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: O
     if orders.stop is not None:
         orders.stop.check(problem)
     saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets, orders.stop)
-    failure: SolveError | None = None
-    status = Status.FINISHED
+    fate = Fate(stepper)
+
+    def kept() -> dict[str, Any]:
+        return effective(problem, stepper.scheme, stepper.stats(), fate.status, _sentence(fate, orders))
+
     try:
         if not len(frames.t):
             frames.add(problem.t_start, problem.q0)
         with reporter(checked(progress), problem.t_start, targets[-1] if targets else problem.t_start) as report:
-            try:
-                status = _march(stepper, targets, frames, orders, report, saver)
-            except (SolveError, KeyboardInterrupt) as error:
-                failure = error if isinstance(error, SolveError) else stepper.interrupted()
-                status = failure.status
+            _march(fate, targets, frames, orders, report, saver)
         if saver is not None:
-            saver.write()
-            if failure is not None:
-                failure.args = (f"{failure}; fv.resume({str(saver.checkpoint.path)!r}) goes on from here",)
-        if stepper.t > frames.t[-1]:
-            frames.add(stepper.t, stepper.q)
-        message = str(failure) if failure is not None else status.value
-        if status is Status.STOPPED:
-            message += f", {orders.stop}, at t = {stepper.t:.8g}, step {stepper.steps}"
-        stats = stepper.stats()
-        kept = effective(problem, stepper.scheme, stats, status, message)
-        frames.finish(kept)
+            with fate.watch("writing the last checkpoint"):
+                saver.write()
+            fate.words.append(saver.hint())
+        if fate.status is Status.ERROR:
+            frames.abandon()
+        with fate.watch("writing the last output"):
+            if stepper.t > frames.t[-1]:
+                frames.add(stepper.t, stepper.q)
+        with fate.watch("finishing the file of outputs"):
+            frames.finish(kept())
     except BaseException:
         frames.abandon()
         raise
-    solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, status, stats, message, kept)
-    if failure is not None:
-        failure.solution = solution
+    solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, fate.status, stepper.stats(),
+                        _sentence(fate, orders), kept())
+    if fate.failure is not None:
+        fate.tell(solution)
         if throw:
-            raise failure from None
+            raise fate.failure from fate.failure.__cause__
     return solution
 
 
-def _march(stepper: Stepper, targets: list[float], frames: Frames, orders: Orders, report: Callable[[float, int], None],
-           saver: Saver | None) -> Status:
-    """Step through the output times that are ahead; return how the run ended."""
-    for target in targets[len(frames.t) - 1:]:
-        while stepper.t < target:
-            if orders.ends(stepper):
-                return Status.STOPPED
-            stepper.run(target, orders.limit(stepper))
-            for observer in orders.observers:
-                observer(stepper)
-            report(stepper.t, stepper.steps)
-            if saver is not None:
-                saver.tick()
-        frames.add(stepper.t, stepper.q)
-    return Status.FINISHED
+def _sentence(fate: Fate, orders: Orders) -> str:
+    """How a run ended."""
+    if fate.status is not Status.STOPPED:
+        return fate.message
+    return f"{fate.message}, {orders.stop}, at t = {fate.stepper.t:.8g}, step {fate.stepper.steps}"
+
+
+def _march(fate: Fate, targets: list[float], frames: Frames, orders: Orders, report: Callable[[float, int], None],
+           saver: Saver | None) -> None:
+    """Step through the output times that are ahead; ``fate`` notes how the run ended."""
+    stepper = fate.stepper
+    with fate.watch("writing the first checkpoint"):
+        if saver is not None:
+            saver.begin()
+        for target in targets[len(frames.t) - 1:]:
+            while stepper.t < target:
+                fate.doing = f"asking {orders.stop}"
+                if orders.ends(stepper):
+                    fate.status = Status.STOPPED
+                    return
+                fate.doing = "stepping on"
+                stepper.run(target, orders.limit(stepper))
+                for observer in orders.observers:
+                    fate.doing = f"calling the observer {observer!r}"
+                    observer(stepper)
+                fate.doing = "showing progress"
+                report(stepper.t, stepper.steps)
+                if saver is not None:
+                    fate.doing = "writing a checkpoint"
+                    saver.tick()
+            fate.doing = "writing an output"
+            frames.add(stepper.t, stepper.q)
 
 
 def _targets(problem: Problem, times: Iterable[float] | None) -> list[float]:

@@ -18,6 +18,12 @@ from fvkit.step_length import StepLength
 #: More steps than any run takes.
 UNLIMITED = 2**62
 
+#: Share of the largest speed by which the smallest may lie above it, for rounding's sake.
+SWAPPED = 1e-9
+
+#: Share of the largest value of a component below which what changes at no speed is rounding.
+NOTHING = 1e-9
+
 
 class Stepper:
     """One problem under one scheme, one step at a time: what `solve` runs.
@@ -121,11 +127,16 @@ class Stepper:
 
     def _first_dt(self) -> float:
         """From the speeds of the initial cells, so that the first step is as good as the others."""
-        q0, speed = self.problem.q0, 0.0
+        q0, speed, model = self.problem.q0, 0.0, self.problem.model
         with np.errstate(all="ignore"):
             for first in range(0, q0.shape[1], CHUNK):
-                bounds = self.problem.model.wave_speeds(tuple(q0[:, first:first + CHUNK]))
-                speed = max(speed, *(float(np.max(np.abs(bound))) for bound in bounds))
+                low, high = model.wave_speeds(tuple(q0[:, first:first + CHUNK]))
+                here = float(np.max(np.maximum(np.abs(low), np.abs(high))))
+                if np.any(low - high > SWAPPED * here):
+                    cell = first + int(np.argmax(np.broadcast_to(low - high, q0[0, first:first + CHUNK].shape)))
+                    raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order: "
+                                     f"the first is above the second in cell {cell} (x = {self.problem.grid.centers[cell]:.6g})")
+                speed = max(speed, here)
         return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
 
     def step(self, dt: float | None = None) -> float:
@@ -165,8 +176,25 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
         march = self._march
-        known = march.lost
         target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
+        while max_steps > 1 and self._resting:
+            self._take(target, 1)
+            max_steps -= 1
+            if march.t >= target:
+                return
+        self._take(target, max_steps)
+
+    @property
+    def _resting(self) -> bool:
+        """Whether nothing had a speed so far, in a problem where nothing else may change the state."""
+        return self._march.max_cfl == 0.0 and not self.problem.sources and not self.problem.model.defines("settle")
+
+    def _take(self, target: float, max_steps: int) -> None:
+        """The same, one step at a time as long as nothing has moved."""
+        march = self._march
+        known = march.lost
+        resting = self._resting
+        books = tuple(book.copy() for book in march.books)
         started = clock.perf_counter()
         with np.errstate(all="ignore"):
             outcome = self._kernel.advance(march, target, max_steps)
@@ -176,12 +204,39 @@ class Stepper:
         if outcome is Outcome.BAD_STATE:
             self.fail(*self._diagnosis())
         if outcome is Outcome.NO_STEP:
-            self.fail(Status.DT_TOO_SMALL if self.length.dt is None else Status.DT_TOO_LARGE)
+            status = Status.DT_TOO_SMALL if self.length.dt is None else Status.DT_TOO_LARGE
+            self.fail(*(self._wrong_speed() or (status, int(np.argmax(np.max(np.abs(self._speeds()), axis=0))), march.now)))
+        if resting and march.max_cfl == 0.0 and march.steps > books[1][0]:
+            self._check_rest(books)
         if outcome is Outcome.LOST_HYPERBOLICITY:
             self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.num_cells - 1), march.now)
 
+    def _speeds(self) -> np.ndarray:
+        """The speeds of the cells of the last accepted state, (2, num_cells)."""
+        with np.errstate(all="ignore"):
+            bounds = self.problem.model.wave_speeds(tuple(self.q))
+        return np.array([np.broadcast_to(bound, self.q.shape[1:]) for bound in bounds])
+
+    def _wrong_speed(self) -> tuple[Status, int, np.ndarray] | None:
+        """The first cell of the last accepted state whose speeds are no numbers, None without."""
+        finite = np.isfinite(self._speeds()).all(axis=0)
+        return None if finite.all() else (Status.WRONG_SPEED, int(np.argmin(finite)), self._march.now)
+
+    def _check_rest(self, books: tuple[np.ndarray, ...]) -> None:
+        """Take back a step in which something moved at no speed; of speeds that are too small, 0 alone is seen at once."""
+        march = self._march
+        now, before = self._kernel.inside(march.now), self._kernel.inside(march.next)
+        moved = (np.abs(now - before) > NOTHING * np.abs(before).max(axis=1, keepdims=True)).any(axis=0)
+        if moved.any():
+            for book, kept in zip(march.books, books, strict=True):
+                book[:] = kept
+            self.fail(Status.WRONG_SPEED, int(np.argmax(moved)), march.now)
+
     def _diagnosis(self) -> tuple[Status, int, np.ndarray]:
         """What is wrong with the trial state, and in which cell."""
+        wrong = self._wrong_speed()
+        if wrong is not None:
+            return wrong
         trial, model = self._march.next, self.problem.model
         q = self._kernel.inside(trial)
         finite = np.isfinite(q).all(axis=0)

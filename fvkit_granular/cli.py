@@ -136,9 +136,16 @@ def _run(options: argparse.Namespace) -> int:
     solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False,
                      checkpoint=checkpoint, stop=stop, dt=options.dt, dt_max=options.dt_max, dt_initial=options.dt_initial)
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
-    code = _show(scene_label(options.scene), solution, reference, options)
-    if checkpoint is not None:
-        print(f"  checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}")
+    kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
+        if checkpoint is not None and checkpoint.path.exists() else ""
+    try:
+        code = _show(scene_label(options.scene), solution, reference, options)
+    except OSError as error:
+        error.add_note(f"the run: {solution.message}")
+        error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
+        raise
+    if kept:
+        print(f"  {kept}")
     return code
 
 

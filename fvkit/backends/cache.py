@@ -84,3 +84,9 @@ def clear() -> Contents:
         path.unlink(missing_ok=True)
     shutil.rmtree(folder() / "__pycache__", ignore_errors=True)
     return found
+
+
+def forget(name: str) -> None:
+    """Remove one kernel, whose files are damaged."""
+    for path in (folder() / "__pycache__").glob(f"{name}.*"):
+        path.unlink(missing_ok=True)

@@ -188,8 +188,9 @@ def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str
     return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
 
 
-#: Modules of this process, by the name that their content gives them.
+#: Modules of this process, by the name that their content gives them; one thread at a time makes one.
 _loaded: dict[str, Any] = {}
+_making = threading.Lock()
 
 
 def _module(text: str, blocks: tuple[Block, ...]) -> Any:
@@ -199,29 +200,32 @@ def _module(text: str, blocks: tuple[Block, ...]) -> Any:
     compiler = Path(emit.__file__).read_text(encoding="utf-8")
     name = "kernel_" + cache.key(text, compiler, repr(sorted(map(str, OPTIONS.items()))), numba.__version__, np.__version__,
                                  sys.version)
-    if name not in _loaded:
-        path, lasting = cache.place(name, text)
-        module = types.ModuleType(f"fvkit_{name}")
-        module.__file__ = str(path)
-        sys.modules[module.__name__] = module
-        space = module.__dict__
-        exec(compile(text, str(path), "exec"), space)
-        space |= {block.name: block.compiled() for block in blocks}
-        for function in [name for name in FUNCTIONS if name in space]:
-            keep = lasting and function in ("advance", "ghosts", "tiles")
-            space[function] = numba.njit(cache=keep, **OPTIONS)(space[function])
-        timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
-        timer.daemon = True
-        timer.start()
-        try:
-            _compile(module, numba)
-        finally:
-            timer.cancel()
-        _loaded[name] = module
+    with _making:
+        if name not in _loaded:
+            _loaded[name] = _made(name, text, blocks, numba)
     return _loaded[name]
 
 
-def _compile(module: Any, numba: Any) -> None:
+def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any) -> Any:
+    """Make a module."""
+    path, lasting = cache.place(name, text)
+    module = types.ModuleType(f"fvkit_{name}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    space = module.__dict__
+    exec(compile(text, str(path), "exec"), space)
+    space |= {block.name: block.compiled() for block in blocks}
+    timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
+    timer.daemon = True
+    timer.start()
+    try:
+        _compile(module, numba, lasting)
+    finally:
+        timer.cancel()
+    return module
+
+
+def _compile(module: Any, numba: Any, lasting: bool) -> None:
     """Compile ``advance``, or load it; without the disk where that fails for the disk's sake."""
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
@@ -229,12 +233,28 @@ def _compile(module: Any, numba: Any) -> None:
     signature = (rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
                  row, rows, row, row, rows, rows, rows, row, counts, counts)
     try:
+        _decorate(module, numba, lasting)
         module.advance.compile(signature)
-    except OSError as error:
-        warnings.warn(f"a compiled kernel could not be kept on disk ({error}): it is compiled again in every process.",
-                      RuntimeWarning, stacklevel=4)
-        module.advance = numba.njit(**OPTIONS)(module.advance.py_func)
+    except Exception as error:  # a full disk, or a damaged file, of which unpickling may say anything
+        if not lasting:
+            raise
+        _decorate(module, numba, lasting=False)
         module.advance.compile(signature)
+        path = Path(module.__file__)
+        if isinstance(error, OSError):
+            cause = f"could not be kept on disk ({error}): it is compiled again in every process"
+        else:
+            cause = f"could not be read from {path.parent} ({type(error).__name__}: {error}): its files were removed"
+            cache.forget(path.stem)
+        warnings.warn(f"a compiled kernel {cause}.", RuntimeWarning, stacklevel=6)
+
+
+def _decorate(module: Any, numba: Any, lasting: bool) -> None:
+    """Let numba take the functions of a module, and keep on disk those that are called from outside."""
+    space = module.__dict__
+    for name in [name for name in FUNCTIONS if name in space]:
+        keep = lasting and name in ("advance", "ghosts", "tiles")
+        space[name] = numba.njit(cache=keep, **OPTIONS)(getattr(space[name], "py_func", space[name]))
 
 
 def _announce(path: Path) -> None:

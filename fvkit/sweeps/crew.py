@@ -5,6 +5,7 @@ import os
 import pickle
 import signal
 import sys
+import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
@@ -125,7 +126,7 @@ class Crew:
 
     def _processes(self) -> ProcessPoolExecutor:
         self._pools += 1
-        return ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts)
+        return ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin_worker)
 
     def _check_alive(self, error: BaseException) -> None:
         """Stop where processes die before they do anything: all others would."""
@@ -135,9 +136,18 @@ class Crew:
                                "reasons") from error
 
 
-def _leave_interrupts() -> None:
-    """Ctrl-C reaches every process of a terminal: leave it to the one that started the sweep."""
+def _begin_worker() -> None:
+    """Leave Ctrl-C, which reaches every process of a terminal, to the one that started the sweep; end when that is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, name="fvkit-parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of the process that started this one: it would wait for work for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _error(future: Future) -> BaseException | None:

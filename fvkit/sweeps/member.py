@@ -56,7 +56,7 @@ class Work:
         except SolveError as error:
             status, message = error.status.name.lower(), str(error)
         except Exception as error:  # a member may raise anything: the others go on
-            status, message = ERROR, f"{type(error).__name__}: {error}"
+            status, message = ERROR, "; ".join([f"{type(error).__name__}: {error}", *getattr(error, "__notes__", ())])
         return Outcome(member, status, message, perf_counter() - started, outputs)
 
 

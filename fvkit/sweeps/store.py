@@ -4,6 +4,7 @@ import json
 import re
 import zipfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +44,17 @@ class Store:
         plan = {"format": FORMAT, "function": _name(work.function), "keep": _name(work.keep),
                 "parameters": {name: column.tolist() for name, column in samples.values.items()}}
         path = store.folder / "sweep.json"
-        if path.exists():
+        if not path.exists():
+            with suppress(FileExistsError):  # another sweep began here just now: is it the same?
+                write_whole(path, lambda file: file.write(json.dumps(plan).encode()), replace=False)
+        try:
             known = json.loads(path.read_text(encoding="utf-8"))
             differing = [key for key in plan if known.get(key) != plan[key]]
-            if differing:
-                raise ValueError(f"`folder` {store.folder} holds another sweep: {', '.join(differing)} differ. Give another "
-                                 "folder, or remove this one")
-        else:
-            write_whole(path, lambda file: file.write(json.dumps(plan).encode()))
+        except (ValueError, AttributeError):
+            raise ValueError(f"`folder` {store.folder} has a sweep.json that is no plan of a sweep: give another") from None
+        if differing:
+            raise ValueError(f"`folder` {store.folder} holds another sweep: {', '.join(differing)} differ. Give another "
+                             "folder, or remove this one")
         return store
 
     def _path(self, member: int) -> Path:
