@@ -1,0 +1,101 @@
+"""Runs of pytest on a copy of the tree: each in a forked process that has the libraries loaded already, not the packages under test."""
+
+import contextlib
+import importlib
+import multiprocessing
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+#: What a test run would spend its first seconds on.
+LIBRARIES = ("numpy", "scipy.integrate", "scipy.optimize", "matplotlib.figure", "hypothesis", "xarray", "h5netcdf", "numba")
+
+#: Seconds after which a run counts as stopped, and above which a single test is left out.
+PATIENCE, LONGEST = 90.0, 4.0
+
+#: Exit codes of pytest: all passed, some failed; ours where the interpreter came down, and where it had to be stopped.
+PASSED, FAILED, FELL, STOPPED = 0, 1, -1, -2
+
+#: Of every run. The libraries are loaded before pytest could rewrite the assertions of hypothesis, which none of our tests needs.
+OPTIONS = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:benchmark", "-W", "ignore::pytest.PytestAssertRewriteWarning")
+
+
+class Durations:
+    """A pytest plugin: notes how long each test took and whether it passed; runs the quickest first, and the long ones not at all."""
+
+    def __init__(self, known: dict[str, float] | None = None) -> None:
+        self.known, self.seconds, self.failed = known, {}, []  # type: ignore[var-annotated]
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        if self.known is not None:
+            known = self.known
+            items[:] = sorted((item for item in items if known.get(item.nodeid, 0.0) <= LONGEST), key=lambda item: known.get(item.nodeid, 0.0))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
+        if report.failed:
+            self.failed.append(report.nodeid)
+
+
+def copy_of(top: Path, target: Path) -> None:
+    """Copy the files that git knows, as they are now: nothing is changed in the tree itself."""
+    names = subprocess.run(["git", "-C", str(top), "ls-files", "-z"], check=True, capture_output=True, text=True).stdout
+    for name in filter(None, names.split("\0")):
+        if (top / name).is_file():
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            (target / name).write_bytes((top / name).read_bytes())
+
+
+def _child(root: Path, files: tuple[str, ...], known: dict[str, float] | None, first: bool, pipe: Any) -> None:
+    os.setsid()
+    os.chdir(root)
+    sys.path[:] = [str(root), *(item for item in sys.path if item not in ("", str(Path.cwd())))]
+    for name in [name for name in sys.modules if name.split(".")[0] in ("tests", "fvkit", "fvkit_granular")]:
+        del sys.modules[name]
+    hypothesis = importlib.import_module("hypothesis")
+    hypothesis.settings.register_profile("mutation", derandomize=True, database=None, deadline=None)
+    hypothesis.settings.load_profile("mutation")
+    with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
+        plugin = Durations(known)
+        code = pytest.main([*files, *OPTIONS, *(["-x"] if first else [])], plugins=[plugin])
+        imported = sys.modules.get("fvkit")
+    inside = imported is None or str(getattr(imported, "__file__", root)).startswith(str(root))
+    pipe.send((int(code), plugin.seconds, plugin.failed, inside))
+
+
+def run(root: Path, files: tuple[str, ...], known: dict[str, float] | None = None, first: bool = True,
+        patience: float = PATIENCE) -> tuple[int, dict[str, float], list[str]]:
+    """Return the exit code of pytest or ours, the seconds of each test, and the tests that failed."""
+    context = multiprocessing.get_context("fork")
+    here, there = context.Pipe(duplex=False)
+    process = context.Process(target=_child, args=(root, files, known, first, there))
+    process.start()
+    there.close()
+    try:
+        if not here.poll(patience):
+            return STOPPED, {}, []
+        code, seconds, failed, inside = here.recv()
+    except EOFError:
+        return FELL, {}, []
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid or 0, 9)
+        process.join()
+    if not inside:
+        raise RuntimeError(f"the tests imported a fvkit outside of {root}: run from the top of a checkout")
+    return code, seconds, failed
+
+
+@contextlib.contextmanager
+def prepared(scratch: Path) -> Iterator[None]:
+    """Load the libraries, and keep compiled kernels and byte code out of the way."""
+    os.environ.update(FVKIT_CACHE=str(scratch / "kernels"), PYTHONDONTWRITEBYTECODE="1", PYTHONPATH=str(scratch / "tree"), MPLBACKEND="Agg")
+    sys.dont_write_bytecode = True
+    for name in LIBRARIES:
+        importlib.import_module(name)
+    yield
