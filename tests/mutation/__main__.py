@@ -12,6 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from tests.mutation.faults import FAULTS
 from tests.mutation.groups import GROUPS
 from tests.mutation.mutants import Mutant, mutated, sample
 from tests.mutation.running import FAILED, PASSED, STOPPED, copy_of, prepared, run
@@ -20,33 +21,54 @@ TOP = Path(__file__).parents[2]
 
 
 def baseline(root: Path, groups: list[str]) -> dict[str, float]:
-    """Return the seconds of each test of the groups, all of which must pass as long as nothing is changed."""
+    """Return the seconds of each test of the groups that is short, all of which must pass as long as nothing is changed."""
     files = tuple(dict.fromkeys(file for group in groups for tests in GROUPS[group].values() for file in tests))
     seconds: dict[str, float] = {}
     for file in files:
-        code, durations, failed = run(root, (file,), first=False, patience=900.0)
+        code, durations, failed = run(root, (file,), patience=900.0)
         if code != PASSED:
             raise SystemExit(f"{file}: without any change these tests fail: {', '.join(failed) or code}")
         seconds |= durations
-        print(f"  {file}: {len(durations)} tests, {sum(durations.values()):.1f} s", flush=True)
+        print(f"  {file}: {len(durations)} short tests, {sum(durations.values()):.1f} s", flush=True)
     return seconds
 
 
-def verdict(root: Path, mutant: Mutant, known: dict[str, float] | None) -> tuple[str, str]:
-    """Run the tests of a mutant's module; return what became of it and, of the first test that failed, the name."""
-    tests = next(modules[mutant.module] for modules in GROUPS.values() if mutant.module in modules)
-    path = root / mutant.module
-    source, changed = path.read_text(encoding="utf-8"), mutated(root, mutant)
-    if changed is None:
-        raise SystemExit(f"{mutant}: there is no such place any more, or it changes nothing that runs")
+def verdict(root: Path, module: str, changed: str, tests: tuple[str, ...], known: dict[str, float]) -> tuple[str, str]:
+    """Run tests with a changed module; return what became of it and, of the first test that failed, the name."""
+    path = root / module
+    source = path.read_text(encoding="utf-8")
     path.write_text(changed, encoding="utf-8")
     try:
         code, _, failed = run(root, tests, known)
     finally:
         path.write_text(source, encoding="utf-8")
-    if code == FAILED and known is None and run(root, tuple(failed[:1]))[0] != PASSED:
-        raise SystemExit(f"{failed[0]} fails without any change too")
     return {PASSED: "survived", FAILED: "killed", STOPPED: "stopped"}.get(code, "broken"), failed[0] if failed else ""
+
+
+def tests_of(module: str) -> tuple[str, ...]:
+    """Return the test files of a module."""
+    return next(modules[module] for modules in GROUPS.values() if module in modules)
+
+
+def faults(root: Path) -> int:
+    """Run every fault of `FAULTS` against its tests, which pass without it; return the exit code."""
+    files = sorted({fault.tests for fault in FAULTS})
+    known: dict[str, float] = {}
+    for file in files:
+        code, durations, failed = run(root, (file,))
+        if code != PASSED:
+            raise SystemExit(f"{file}: without any change these tests fail: {', '.join(failed) or code}")
+        known |= durations
+    missed = 0
+    for fault in FAULTS:
+        source = (root / fault.module).read_text(encoding="utf-8")
+        if source.count(fault.old) != 1:
+            raise SystemExit(f"tests/mutation/faults.py: `{fault.old}` stands {source.count(fault.old)} times in {fault.module}, once is wanted")
+        outcome, test = verdict(root, fault.module, source.replace(fault.old, fault.new), (fault.tests,), known)
+        print(f"{outcome:9s}{fault.module}: {fault.old} -> {fault.new}  {test}", flush=True)
+        missed += outcome != "killed"
+    print(f"{len(FAULTS) - missed} of {len(FAULTS)} mutants killed")
+    return int(missed > 0)
 
 
 def difference(root: Path, mutant: Mutant) -> str:
@@ -75,8 +97,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the draw (default 1)")
     parser.add_argument("--again", type=Path, help="results of an earlier run: only its survivors")
     parser.add_argument("--out", type=Path, help="file for the results, JSON lines")
-    parser.add_argument("--quick", action="store_true",
-                        help="no run without changes first: tests in the order of their files, long ones too; for a few mutants")
+    parser.add_argument("--small", action="store_true", help="only the faults of tests/mutation/faults.py: needs no cosmic-ray")
     parser.add_argument("--durations", type=Path, help="file that keeps the seconds of each test between runs")
     given = parser.parse_args()
     groups = given.group or list(GROUPS)
@@ -84,10 +105,11 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name, prepared(Path(name)):
         root = Path(name).resolve() / "tree"
         copy_of(TOP, root)
-        known = None
+        if given.small:
+            return faults(root)
         if given.durations and given.durations.exists():
             known = json.loads(given.durations.read_text())
-        elif not given.quick:
+        else:
             print("the tests, nothing changed:", flush=True)
             known = baseline(root, groups)
             if given.durations:
@@ -104,7 +126,10 @@ def main() -> int:
                 drawn += [(group, mutant) for mutant in chosen]
         for group, mutant in drawn:
             began = time.monotonic()
-            outcome, test = verdict(root, mutant, known)
+            changed = mutated(root, mutant)
+            if changed is None:
+                raise SystemExit(f"{mutant}: there is no such place any more, or it changes nothing that runs")
+            outcome, test = verdict(root, mutant.module, changed, tests_of(mutant.module), known)
             results.append({"group": group, **mutant._asdict(), "verdict": outcome, "test": test})
             print(f"{outcome:9s}{time.monotonic() - began:5.1f} s  {mutant}  {test}", flush=True)
             if outcome == "survived":

@@ -4,8 +4,10 @@ import contextlib
 import importlib
 import multiprocessing
 import os
-import subprocess
+import shutil
+import signal
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,8 +17,11 @@ import pytest
 #: What a test run would spend its first seconds on.
 LIBRARIES = ("numpy", "scipy.integrate", "scipy.optimize", "matplotlib.figure", "hypothesis", "xarray", "h5netcdf", "numba")
 
-#: Seconds after which a run counts as stopped, and above which a single test is left out.
-PATIENCE, LONGEST = 90.0, 4.0
+#: Seconds after which a run counts as stopped.
+PATIENCE = 90.0
+
+#: Seconds of the processor that a test may take; longer ones have no part in this.
+LONGEST = 3.0
 
 #: Exit codes of pytest: all passed, some failed; ours where the interpreter came down, and where it had to be stopped.
 PASSED, FAILED, FELL, STOPPED = 0, 1, -1, -2
@@ -26,32 +31,48 @@ OPTIONS = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:benchmark
 
 
 class Durations:
-    """A pytest plugin: notes how long each test took and whether it passed; runs the quickest first, and the long ones not at all."""
+    """A pytest plugin that notes the processor seconds of each test and what failed.
 
-    def __init__(self, known: dict[str, float] | None = None) -> None:
-        self.known, self.seconds, self.failed = known, {}, []  # type: ignore[var-annotated]
+    Without ``known`` seconds a test that takes too long is cut short and has none; with them such tests are left out, and the
+    quickest run first.
+    """
+
+    def __init__(self, known: dict[str, float] | None) -> None:
+        self.known = known
+        self.seconds: dict[str, float] = {}
+        self.failed: list[str] = []
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         if self.known is not None:
-            known = self.known
-            items[:] = sorted((item for item in items if known.get(item.nodeid, 0.0) <= LONGEST), key=lambda item: known.get(item.nodeid, 0.0))
+            items[:] = sorted((item for item in items if item.nodeid in self.known), key=lambda item: self.known[item.nodeid])
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Iterator[None]:
+        if self.known is not None:
+            yield
+            return
+        signal.signal(signal.SIGPROF, lambda *_: pytest.skip("too long"))
+        signal.setitimer(signal.ITIMER_PROF, LONGEST)
+        start = time.process_time()
+        result = yield
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        if result.excinfo is None:
+            self.seconds[item.nodeid] = time.process_time() - start
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
         if report.failed:
             self.failed.append(report.nodeid)
 
 
 def copy_of(top: Path, target: Path) -> None:
-    """Copy the files that git knows, as they are now: nothing is changed in the tree itself."""
-    names = subprocess.run(["git", "-C", str(top), "ls-files", "-z"], check=True, capture_output=True, text=True).stdout
-    for name in filter(None, names.split("\0")):
-        if (top / name).is_file():
-            (target / name).parent.mkdir(parents=True, exist_ok=True)
-            (target / name).write_bytes((top / name).read_bytes())
+    """Copy what the tests need: nothing is changed in the tree itself."""
+    for folder in ("fvkit", "fvkit_granular", "tests"):
+        shutil.copytree(top / folder, target / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    for file in ("pyproject.toml", "README.md"):
+        shutil.copy(top / file, target / file)
 
 
-def _child(root: Path, files: tuple[str, ...], known: dict[str, float] | None, first: bool, pipe: Any) -> None:
+def _child(root: Path, files: tuple[str, ...], known: dict[str, float] | None, pipe: Any) -> None:
     os.setsid()
     os.chdir(root)
     sys.path[:] = [str(root), *(item for item in sys.path if item not in ("", str(Path.cwd())))]
@@ -62,18 +83,18 @@ def _child(root: Path, files: tuple[str, ...], known: dict[str, float] | None, f
     hypothesis.settings.load_profile("mutation")
     with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere), contextlib.redirect_stderr(nowhere):
         plugin = Durations(known)
-        code = pytest.main([*files, *OPTIONS, *(["-x"] if first else [])], plugins=[plugin])
+        code = pytest.main([*files, *OPTIONS, *(["-x"] if known is not None else [])], plugins=[plugin])
         imported = sys.modules.get("fvkit")
     inside = imported is None or str(getattr(imported, "__file__", root)).startswith(str(root))
     pipe.send((int(code), plugin.seconds, plugin.failed, inside))
 
 
-def run(root: Path, files: tuple[str, ...], known: dict[str, float] | None = None, first: bool = True,
-        patience: float = PATIENCE) -> tuple[int, dict[str, float], list[str]]:
-    """Return the exit code of pytest or ours, the seconds of each test, and the tests that failed."""
+def run(root: Path, files: tuple[str, ...], known: dict[str, float] | None = None, patience: float = PATIENCE,
+        ) -> tuple[int, dict[str, float], list[str]]:
+    """Run tests, with ``known`` seconds until the first fails; return the exit code of pytest or ours, the seconds of each test, and the tests that failed."""
     context = multiprocessing.get_context("fork")
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_child, args=(root, files, known, first, there))
+    process = context.Process(target=_child, args=(root, files, known, there))
     process.start()
     there.close()
     try:
