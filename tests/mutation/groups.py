@@ -6,11 +6,10 @@ _STEPPING = (f"{CORE}stepping.py", f"{CORE}riemann.py", f"{CORE}teaching_models.
              f"{GRANULAR}dry.py", f"{GRANULAR}background.py")
 _SOLVERS = (f"{CORE}riemann.py", f"{CORE}teaching_models.py", f"{CORE}conformance.py", f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py",
             f"{GRANULAR}conformance.py", f"{GRANULAR}dry.py")
-_MODELS = (f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py", f"{GRANULAR}conformance.py", f"{GRANULAR}dry.py", f"{GRANULAR}balance.py",
-           f"{GRANULAR}order.py")
-_GENERATED = ("tests/backends/test_trace.py", "tests/backends/test_kernels.py", "tests/backends/test_agreement.py", "tests/backends/test_runs.py")
+_MODELS = (f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py", f"{GRANULAR}conformance.py", f"{GRANULAR}dry.py")
+_GENERATED = ("tests/backends/test_trace.py", "tests/backends/test_kernels.py", "tests/backends/test_runs.py")
 _IN_CELL = (f"{GRANULAR}in_cell_shocks.py", *_STEPPING)
-_LINES = (f"{CORE}method_of_lines.py", f"{GRANULAR}method_of_lines.py")
+_LINES = (f"{CORE}method_of_lines.py",)
 
 #: group -> module -> test files.
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -28,13 +27,13 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "sources": {
         "fvkit/sources.py": (f"{CORE}stepping.py", f"{CORE}contract.py", f"{GRANULAR}drag.py", f"{GRANULAR}friction.py"),
-        "fvkit_granular/drag.py": (f"{GRANULAR}drag.py", f"{GRANULAR}conformance.py", f"{GRANULAR}method_of_lines.py"),
+        "fvkit_granular/drag.py": (f"{GRANULAR}drag.py", f"{GRANULAR}conformance.py"),
         "fvkit_granular/friction.py": (f"{GRANULAR}friction.py", f"{GRANULAR}conformance.py"),
     },
     "models": {
         "fvkit/pointwise.py": _STEPPING,
         "fvkit_granular/two_phase.py": _MODELS,
-        "fvkit_granular/two_masses.py": (*_MODELS, f"{GRANULAR}two_layer.py", f"{GRANULAR}in_cell_shocks.py"),
+        "fvkit_granular/two_masses.py": (*_MODELS, f"{GRANULAR}two_layer.py"),
         "fvkit_granular/bed.py": _MODELS,
         "fvkit_granular/reduced.py": _MODELS,
         "fvkit_granular/shallow_water.py": _MODELS,
