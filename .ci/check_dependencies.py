@@ -8,7 +8,7 @@ from importlib.metadata import distributions
 #: Package -> whether it holds native code.
 KNOWN = {"attrs": False, "contourpy": True, "cycler": False, "fonttools": True, "kiwisolver": True, "matplotlib": True,
          "numpy": True, "packaging": False, "pillow": True, "pyparsing": False, "python-dateutil": False, "scipy": True,
-         "six": False}
+         "six": False, "tzdata": False}
 #: Part of every environment.
 TOOLS = {"pip", "setuptools", "wheel"}
 NATIVE = (".so", ".pyd", ".dylib")

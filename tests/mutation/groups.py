@@ -15,7 +15,7 @@ _LINES = (f"{CORE}method_of_lines.py",)
 GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "limiters": {
         "fvkit/limiters.py": (f"{CORE}limiters.py", f"{CORE}stepping.py"),
-        "fvkit/reconstruction.py": _LINES,
+        "fvkit/reconstruction.py": (f"{CORE}reconstruction.py", *_LINES),
     },
     "Riemann solvers": {
         "fvkit/riemann/base.py": _SOLVERS,
