@@ -5,6 +5,7 @@ import zipfile
 from collections.abc import Mapping
 from math import prod
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,7 @@ class Archive:
             try:
                 read_header = _HEADERS[npy.read_magic(file)]
                 shape, fortran, dtype = read_header(file)
-            except (ValueError, KeyError) as error:
+            except (ValueError, KeyError, SyntaxError, TokenError) as error:
                 raise self.refused(f"its entry {entry.filename!r} is no array ({error})") from None
             if dtype.hasobject or dtype.kind not in "biufU":
                 raise self.refused(f"its entry {entry.filename!r} holds {dtype}: numbers and texts alone are read")

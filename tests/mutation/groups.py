@@ -5,8 +5,8 @@ CORE, GRANULAR = "tests/core/test_", "tests/granular/test_"
 _STEPPING = (f"{CORE}stepping.py", f"{CORE}riemann.py", f"{CORE}teaching_models.py", f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py",
              f"{GRANULAR}dry.py", f"{GRANULAR}background.py")
 _SOLVERS = (f"{CORE}riemann.py", f"{CORE}teaching_models.py", f"{CORE}conformance.py", f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py",
-            f"{GRANULAR}conformance.py", f"{GRANULAR}dry.py")
-_MODELS = (f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py", f"{GRANULAR}conformance.py", f"{GRANULAR}dry.py")
+            f"{GRANULAR}conformance.py")
+_MODELS = (f"{GRANULAR}two_phase.py", f"{GRANULAR}reduced_shallow.py", f"{GRANULAR}conformance.py")
 _GENERATED = ("tests/backends/test_trace.py", "tests/backends/test_kernels.py", "tests/backends/test_runs.py")
 _IN_CELL = (f"{GRANULAR}in_cell_shocks.py", *_STEPPING)
 _LINES = (f"{CORE}method_of_lines.py",)
