@@ -221,6 +221,7 @@ def test_a_law_below_zero_counts_as_none():
 
 
 @pytest.mark.parametrize(("call", "error", "words"), [
+    (lambda: gr.ConstantDrag(-0.5), ValueError, ["`D`", ">= 0", "-0.5"]),
     (lambda: gr.VelocityDrag(-1.0, 1.0), ValueError, ["`d0`", ">= 0", "-1.0"]),
     (lambda: gr.VelocityDrag(1.0, np.inf), ValueError, ["`d1`", "finite"]),
     (lambda: gr.VelocityDrag(1.0), TypeError, ["d1"]),

@@ -79,14 +79,14 @@ def difference(root: Path, mutant: Mutant) -> str:
 
 
 def table(results: list[dict[str, str]], total: dict[str, int]) -> str:
-    """Return the shares by group as a table; a mutant that was stopped is killed, one that is broken says nothing."""
-    lines = ["| group | mutants | drawn | killed | of these stopped | survived | killed share | broken |", "|---|---|---|---|---|---|---|---|"]
+    """Return the shares by group as a table; a mutant that was stopped is not killed, one that is broken says nothing."""
+    lines = ["| group | mutants | drawn | killed | survived | stopped | killed share | broken |", "|---|---|---|---|---|---|---|---|"]
     for group, count in [*total.items(), ("all", sum(total.values()))]:
         mine = [item["verdict"] for item in results if group in (item["group"], "all")]
         broken, survived, stopped = (mine.count(word) for word in ("broken", "survived", "stopped"))
-        counted = len(mine) - broken
-        share = f"{100 * (counted - survived) / counted:.0f} %" if counted else "none"
-        lines.append(f"| {group} | {count} | {len(mine)} | {counted - survived} | {stopped} | {survived} | {share} | {broken} |")
+        counted, killed = len(mine) - broken, mine.count("killed")
+        share = f"{100 * killed / counted:.0f} %" if counted else "none"
+        lines.append(f"| {group} | {count} | {len(mine)} | {killed} | {survived} | {stopped} | {share} | {broken} |")
     return "\n".join(lines)
 
 
@@ -95,7 +95,7 @@ def main() -> int:
     parser.add_argument("--group", action="append", choices=GROUPS, help="only this group (may be repeated)")
     parser.add_argument("--count", type=int, default=40, help="mutants drawn from each group (default 40)")
     parser.add_argument("--seed", type=int, default=1, help="of the draw (default 1)")
-    parser.add_argument("--again", type=Path, help="results of an earlier run: only its survivors")
+    parser.add_argument("--again", type=Path, help="results of an earlier run: only its survivors, and what was stopped")
     parser.add_argument("--out", type=Path, help="file for the results, JSON lines")
     parser.add_argument("--small", action="store_true", help="only the faults of tests/mutation/faults.py: needs no cosmic-ray")
     parser.add_argument("--durations", type=Path, help="file that keeps the seconds of each test between runs")
@@ -118,7 +118,7 @@ def main() -> int:
         if given.again:
             earlier = [json.loads(line) for line in given.again.read_text().splitlines()]
             drawn = [(item["group"], Mutant(item["module"], item["operator"], item["place"]))
-                     for item in earlier if item["verdict"] == "survived" and item["group"] in groups]
+                     for item in earlier if item["verdict"] in ("survived", "stopped") and item["group"] in groups]
             total = {group: sum(item["group"] == group for item in earlier) for group in groups}
         else:
             for group in groups:
@@ -139,7 +139,7 @@ def main() -> int:
                     file.write(json.dumps(results[-1]) + "\n")
     print(table(results, total))
     print(f"{len(results)} mutants in {time.monotonic() - start:.0f} s")
-    return int(any(item["verdict"] == "survived" for item in results))
+    return int(any(item["verdict"] in ("survived", "stopped") for item in results))
 
 
 if __name__ == "__main__":

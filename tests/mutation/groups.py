@@ -18,7 +18,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
         "fvkit/reconstruction.py": (f"{CORE}reconstruction.py", *_LINES),
     },
     "Riemann solvers": {
-        "fvkit/riemann/base.py": _SOLVERS,
+        "fvkit/riemann/base.py": (f"{CORE}user_model.py", *_SOLVERS),
         "fvkit/riemann/hll.py": _SOLVERS,
         "fvkit/riemann/pyclaw.py": _SOLVERS,
         "fvkit/riemann/roe.py": _SOLVERS,

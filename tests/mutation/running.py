@@ -18,7 +18,7 @@ import pytest
 LIBRARIES = ("numpy", "scipy.integrate", "scipy.optimize", "matplotlib.figure", "hypothesis", "xarray", "h5netcdf", "numba")
 
 #: Seconds after which a run counts as stopped.
-PATIENCE = 90.0
+PATIENCE = 300.0
 
 #: Seconds of the processor that a test may take; longer ones have no part in this. More where it compiles, which is the point there.
 LONGEST, LONGEST_COMPILED = 1.5, 6.0
