@@ -68,7 +68,8 @@ def describe(value: Any) -> Any:
         return {CLASS: kind.__name__, MODULE: kind.__module__,
                 **{field.alias: describe(getattr(value, field.name)) for field in attrs.fields(kind) if field.init}}
     if callable(value):
-        return {CALLABLE: f"{getattr(value, '__module__', None)}.{getattr(value, '__qualname__', type(value).__qualname__)}"}
+        own = getattr(value, "__name__", type(value).__qualname__)  # all that a ufunc of NumPy 1 has
+        return {CALLABLE: f"{getattr(value, '__module__', None)}.{getattr(value, '__qualname__', own)}"}
     return {OBJECT: f"{type(value).__module__}.{type(value).__qualname__}"}
 
 

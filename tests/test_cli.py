@@ -131,6 +131,6 @@ def test_version_and_scenes(tmp_path):
 
 
 def test_a_space_time_picture_has_its_outputs(tmp_path):
-    done = run("run", "dam-break", "--cells", "20", "--plot", "space-time", "slip", "--out", str(tmp_path))
+    done = run("run", "dam-break", "--cells", "20", "--plot", "space-time", "slip", "--out", str(tmp_path), cwd=tmp_path)
     assert done.returncode == 0
     assert {"space-time.png", "slip.png", "profile.png"} <= {path.name for path in tmp_path.iterdir()}

@@ -6,6 +6,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import attrs
@@ -75,5 +76,5 @@ class Store:
                 with np.load(self._path(member), allow_pickle=False) as data:
                     outputs = {name.removeprefix("output_"): data[name] for name in data.files if name.startswith("output_")}
                     yield Outcome(member, str(data["status"]), str(data["message"]), float(data["seconds"]), outputs)
-            except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            except (OSError, ValueError, KeyError, EOFError, SyntaxError, TokenError, zipfile.BadZipFile):
                 continue

@@ -51,6 +51,17 @@ def test_a_compiled_operation_means_what_numpy_means(name, x, y):
     assert compiled(name)(x, y) == pytest.approx(wanted, rel=1e-13, abs=1e-13)
 
 
+def test_exp_is_exact_to_a_unit_in_the_last_place():
+    graph = Graph()
+    made = block("made", [np.exp(graph.node("load", "x"))], lambda node: node.operation == "load").compiled()
+    import numba
+
+    run = numba.njit(error_model="numpy")(eval("lambda x: made(x)[0]", {"made": made}))
+    x = np.random.default_rng(3).uniform(-700.0, 700.0, 20_000)
+    found = np.array([run(item) for item in x])
+    assert (np.abs(found - np.exp(x)) <= 2.0 * np.spacing(np.exp(x))).all()  # one of ours and one of NumPy's
+
+
 def test_equal_operations_are_shared_and_unused_ones_vanish():
     graph = Graph()
     x = graph.node("load", "x")

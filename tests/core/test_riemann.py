@@ -199,3 +199,14 @@ def test_the_waves_of_hll_stay_those_of_the_jump_where_its_bounds_all_but_coinci
     jump = model.jump(ql, qr, (), ())
     waves, _ = fv.HLL().solve(model, ql, qr, (), (), jump)
     np.testing.assert_allclose(waves, [[0.5 * jump[0]]] * 2, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("solver", "ql", "qr", "first", "speeds"), [
+    (fv.HLL(), -1.0, 3.0, -2.0, (-1.0, 3.0)), (fv.HLL(), -1.0, 1.0, -1.0, (-1.0, 1.0)), (fv.HLL(), 1.0, 3.0, 1.0, (1.0, 3.0)),
+    (fv.Rusanov(), -1.0, 3.0, -4.0, (-3.0, 3.0)), (fv.Rusanov(), 2.0, 1.0, 0.25, (-2.0, 2.0)), (fv.Rusanov(), -3.0, -1.0, -5.0, (-3.0, 3.0))])
+def test_hll_and_rusanov_have_their_values_for_burgers(solver, ql, qr, first, speeds):
+    """By hand: s1 (s2 D - J)/(s2 - s1) and (J - s D)/2, with D = qr - ql, J = (qr^2 - ql^2)/2 and speeds ql, qr."""
+    jump = (0.5 * (qr * qr - ql * ql),)
+    waves, found = solver.solve(fv.Burgers(), (ql,), (qr,), (), (), jump)
+    assert found == speeds
+    assert [wave[0] for wave in waves] == pytest.approx([first, jump[0] - first], rel=1e-15)

@@ -209,6 +209,14 @@ def test_damage_is_noticed_wherever_it_is(file):
             fv.load(file)
 
 
+@pytest.mark.parametrize("header", ["{'descr': '<f8', 'fortran_order': False, 'shape': (), \x82", "{'descr': (", "{'descr': '<f8'\n  ]}", "\0"])
+def test_a_header_that_is_no_literal_is_damage(header, file):
+    text = header.ljust(117).encode("latin1") + b"\n"
+    rewrite(file, lambda entries: entries.update({"q.npy": b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text}))
+    with pytest.raises(Unreadable, match=r"run.npz cannot be read: its entry 'q.npy' is no array"):
+        fv.load(file)
+
+
 def test_a_missing_file_is_a_missing_file(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"nothing.npz"):
         fv.load(tmp_path / "nothing.npz")
@@ -432,7 +440,9 @@ solve(wave(100, 100.0), times=np.linspace(0.01, 100.0, 10_000), stream={str(tmp_
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
     try:
         assert process.stdout.readline() == b"ready\n"
-        time.sleep(0.7)
+        part, patience = tmp_path / "run.part.nc", time.monotonic() + 60.0
+        while (not part.exists() or part.stat().st_size < 100_000) and time.monotonic() < patience:
+            time.sleep(0.01)
     finally:
         process.kill()
         process.wait()

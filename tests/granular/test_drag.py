@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular.bed import LEAST_DRY, velocity
+from fvkit_granular.drag import series_of_exp, series_of_log
 from fvkit_granular.slip import drag_rate
 from tests.cases import averages, l1, orders, solve
 
@@ -221,6 +222,7 @@ def test_a_law_below_zero_counts_as_none():
 
 
 @pytest.mark.parametrize(("call", "error", "words"), [
+    (lambda: gr.ConstantDrag(-0.5), ValueError, ["`D`", ">= 0", "-0.5"]),
     (lambda: gr.VelocityDrag(-1.0, 1.0), ValueError, ["`d0`", ">= 0", "-1.0"]),
     (lambda: gr.VelocityDrag(1.0, np.inf), ValueError, ["`d1`", "finite"]),
     (lambda: gr.VelocityDrag(1.0), TypeError, ["d1"]),
@@ -315,3 +317,9 @@ def test_the_compiled_backend_agrees_with_numpy(law, tmp_path_factory, monkeypat
         plain.step()
     assert compiled.t == pytest.approx(plain.t, rel=1e-12)
     np.testing.assert_allclose(compiled.q, plain.q, rtol=0.0, atol=1e-12 * np.abs(plain.q).max())
+
+
+def test_the_series_near_zero_are_as_good_as_they_say():
+    x = np.array([-1e-3, -4e-4, -1e-9, 1e-9, 3e-4, 1e-3])
+    np.testing.assert_allclose(series_of_log(x), np.log1p(x) / x, rtol=5e-13)
+    np.testing.assert_allclose(series_of_exp(x), np.expm1(x) / x, rtol=5e-13)
