@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit import _validate
+from fvkit.assembly import assemble
 from fvkit.backends import array_kernel
 from fvkit.checkpoint import Checkpoint, Saver
 from fvkit.configuration import effective
@@ -18,7 +19,7 @@ from fvkit.recording import Frames, Memory, Stream
 from fvkit.schemes import Scheme
 from fvkit.solution import Solution, Status
 from fvkit.step_length import StepLength
-from fvkit.stepper import Stepper, assemble
+from fvkit.stepper import Stepper
 from fvkit.stopping import Stop
 
 

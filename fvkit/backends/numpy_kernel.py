@@ -5,9 +5,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.base import March, StepwiseKernel, Trial, imposed
+from fvkit.backends.base import March, imposed
 from fvkit.backends.program import TRANSPORT, Term, program
 from fvkit.backends.runner import Field, Runner, cut
+from fvkit.backends.stepwise import StepwiseKernel, Trial
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 

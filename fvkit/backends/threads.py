@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from fvkit.backends.base import March, StepwiseKernel, Trial
+from fvkit.backends.base import March
 from fvkit.backends.numba_kernel import NumbaKernel
+from fvkit.backends.stepwise import StepwiseKernel, Trial
 from fvkit.backends.writer import TILE
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import _validate
+from fvkit.assembly import default_scheme
 from fvkit.grid import Grid
 from fvkit.model import Model
 from fvkit.problem import Problem
@@ -14,7 +15,6 @@ from fvkit.quadrature import cell_averages
 from fvkit.schemes import Scheme
 from fvkit.solution import Solution
 from fvkit.solve import solve
-from fvkit.stepper import default_scheme
 from fvkit.study.orders import Convergence
 from fvkit.study.settings import describe
 
