@@ -1,7 +1,6 @@
 """The command ``fvkit``: parsing, exit codes and the sentences for mistakes. Commands come from plug-ins."""
 
 import argparse
-import errno
 import os
 import signal
 import sys
@@ -20,9 +19,6 @@ SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 
 #: Characters of a message.
 LONGEST = 1200
-
-#: What a full or broken disk says; that is no mistake in the input.
-DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -79,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return MISTAKE
     except (ValueError, TypeError, OSError) as error:
         _say("; ".join([str(error), *getattr(error, "__notes__", ())]))
-        return FAILED if getattr(error, "errno", None) in DISK else MISTAKE
+        return MISTAKE
 
 
 def _say(message: str, end: str = "") -> None:

@@ -159,8 +159,10 @@ class StagedNumpyKernel(NumpyKernel):
                 self._source_rate(state, rate, sweep.share * dt)
             else:
                 found = self._sweep(state, rate, sweep.share * units[TRANSPORT], lambda to, _, net: np.negative(net, out=to))
-                if speed * units[TRANSPORT] <= self.scheme.cfl_max:  # else it is too long, and later stages say nothing
-                    speed = max(speed, found[0]) if found[0] == found[0] else np.nan
+                if found[0] == found[0]:
+                    speed = max(speed, found[0])
+                elif speed * units[TRANSPORT] <= self.scheme.cfl_max:  # else the step is too long, whatever later stages say
+                    speed = np.nan
                 flux = flux + sweep.flux * found[1]
                 lost = lost if started else found[2:]
                 started = True

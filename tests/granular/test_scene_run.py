@@ -115,7 +115,7 @@ def test_the_command_tells_of_members_that_failed(tmp_path, capsys):
 
 @pytest.mark.parametrize(("change", "word"), [
     (("scene = ", "scenes = "), "did you mean scene?"),
-    (("scene = ", "# "), "needs the key `scene`"),
+    (("scene = ", "# "), "the key `scene` is missing"),
     (('"dam-break"', '"dam-brake"'), "did you mean dam-break?"),
     (('"max.h"', '"max.hh"'), "output max.hh"),
     (("order", "oder"), "did you mean order?"),
