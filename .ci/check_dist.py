@@ -43,9 +43,10 @@ def main(dist, tree):
         with zipfile.ZipFile(wheel) as archive:
             info = "-".join(wheel.name.split("-")[:2]) + ".dist-info"
             same(wheel.name, set(archive.namelist()), sources | {f"{info}/{name}" for name in METADATA})
-            records.append(archive.read(f"{info}/RECORD"))
+            records.append(sorted(archive.read(f"{info}/RECORD").splitlines()))  # in the order of the disk
     if records[0] != records[1]:
-        raise SystemExit("the wheel built from the sdist differs from the one built from the checkout: compare their RECORD")
+        differ = sorted({line.decode() for line in set(records[0]) ^ set(records[1])})
+        raise SystemExit(f"the wheel built from the sdist differs from the one built from the checkout: {differ}")
 
     sdist = only(dist, "*.tar.gz")
     root = re.sub(r"\.tar\.gz$", "", sdist.name)
