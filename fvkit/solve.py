@@ -66,7 +66,7 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     Exception
         Whatever a function of yours raises (a pointwise method, a boundary's values, an observer, a stop rule), and the
         OSError of a disk, as it is, with a note that says at which time and step, and with the partial solution as
-        ``solution``; with ``throw`` false the run ends as `Status.ERROR` instead. A checkpoint is written first.
+        ``solution``; with ``throw`` false the run ends as ``Status.ERROR`` instead. A checkpoint is written first.
     ValueError, TypeError
         For bad input, whatever ``throw`` is.
     """
