@@ -195,7 +195,7 @@ class Stepper:
         march = self._march
         known = march.lost
         resting = self._resting
-        books = tuple(book.copy() for book in march.books)
+        books = tuple(book.copy() for book in march.books) if resting else ()
         started = clock.perf_counter()
         with np.errstate(all="ignore"):
             outcome = self._kernel.advance(march, target, max_steps)

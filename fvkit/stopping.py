@@ -1,6 +1,7 @@
 """`Stop`: when a run ends before its end time, because nothing more happens."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
@@ -57,7 +58,8 @@ class StopAtRest(Stop):
     after: float = number(0.0)
 
     def check(self, problem: Problem) -> None:
-        if not self._velocities(problem):
+        first_cell = {name: row[:1] for name, row in problem.aux_averages.items()}
+        if not self._velocities(problem, problem.model.observables(problem.q0[:, :1], first_cell)):
             raise ValueError(f"StopAtRest needs velocities: {type(problem.model).__name__} names no observable with the unit "
                              f"{VELOCITY!r} in `quantities`")
 
@@ -67,10 +69,8 @@ class StopAtRest(Stop):
         seen = problem.model.observables(q, problem.aux_averages)
         layers = problem.model.thicknesses(seen)
         counts = sum(layers.values()) > self.depth if layers else np.ones(q.shape[1], dtype=bool)
-        return all(np.abs(seen[name][counts]).max(initial=0.0) < self.speed for name in self._velocities(problem))
+        return all(np.abs(seen[name][counts]).max(initial=0.0) < self.speed for name in self._velocities(problem, seen))
 
     @staticmethod
-    def _velocities(problem: Problem) -> list[str]:
-        model = problem.model
-        seen = model.observables(problem.q0[:, :1], {name: row[:1] for name, row in problem.aux_averages.items()})
-        return [name for name in seen if model.quantities.get(name, ("",))[0] == VELOCITY]
+    def _velocities(problem: Problem, seen: Mapping[str, np.ndarray]) -> list[str]:
+        return [name for name in seen if problem.model.quantities.get(name, ("",))[0] == VELOCITY]

@@ -10,6 +10,7 @@ import numpy as np
 from fvkit import BoundaryCondition, Grid, Model, _validate, maximum
 from fvkit.pointwise import combine
 from fvkit_granular.columns import read_columns
+from fvkit_granular.states import critical_depth
 
 
 def _table(value: Any, field: Any) -> tuple[float, ...]:
@@ -20,12 +21,21 @@ def _column(**settings: Any) -> Any:
     return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)
 
 
-def of_flow(model: Model, asking: BoundaryCondition) -> Any:
-    """Return a model that knows what a depth is, or raise ValueError for the boundary condition that asks."""
-    if model.phases and all(hasattr(model, name) for name in ("conserved_from", "depth", "g", "dry")):
-        return model
-    raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, "
-                     f"got {type(model).__name__}")
+def of_flow(model: Any, asking: BoundaryCondition, h: float, phi: float) -> tuple[list[float], list[float]]:
+    """Return the masses of a flow, and its momenta at 1 m/s, in the rows of the model, 0 in the others.
+
+    Raises
+    ------
+    ValueError
+        For a model that does not know what a depth is, naming the boundary condition that asks.
+    """
+    if not (model.phases and all(hasattr(model, name) for name in ("conserved_from", "depth", "g", "dry"))):
+        raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, "
+                         f"got {type(model).__name__}")
+    rows = {momentum for _, momentum in model.phases}
+    state = model.conserved_from(h, phi, 1.0, 1.0).tolist()
+    return ([0.0 if row in rows else value for row, value in enumerate(state)],
+            [value if row in rows else 0.0 for row, value in enumerate(state)])
 
 
 @attrs.frozen
@@ -103,14 +113,12 @@ class Hydrograph(BoundaryCondition):
                           for values in (self.discharge, self.phi))
         return discharge, phi
 
-    def values(self, model: Model, t: float) -> tuple[float, ...]:
+    def values(self, model: Any, t: float) -> tuple[float, ...]:
         discharge, phi = self.at(t)
-        per_depth = of_flow(model, self).conserved_from(1.0, phi, 1.0, 1.0).tolist()
-        momenta = {momentum for _, momentum in model.phases}
-        masses = [0.0 if row in momenta else value for row, value in enumerate(per_depth)]
-        moving = [discharge * self.inward * value if row in momenta else 0.0 for row, value in enumerate(per_depth)]
-        least = (discharge**2 / of_flow(model, self).g) ** (1.0 / 3.0) if self.depth is None else self.depth
-        fluxes = [discharge * self.inward * per_depth[row] for row in model.mass_rows()]
+        masses, momenta = of_flow(model, self, 1.0, phi)
+        least = critical_depth(discharge, model.g) if self.depth is None else self.depth
+        entering = discharge * self.inward
+        moving, fluxes = [entering * value for value in momenta], [entering * masses[row] for row in model.mass_rows()]
         return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes)
 
     def ghost(self, model, q, values):

@@ -34,10 +34,8 @@ class Stage(BoundaryCondition):
 
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         depth = max(self.level - self.bottom, 0.0)
-        momenta = {momentum for _, momentum in of_flow(model, self).phases}
-        state = of_flow(model, self).conserved_from(depth, self.phi, 1.0, 1.0).tolist()
-        masses = [0.0 if row in momenta else value for row, value in enumerate(state)]
-        return (depth, *masses, *[value - mass for value, mass in zip(state, masses, strict=True)])
+        masses, momenta = of_flow(model, self, depth, self.phi)
+        return (depth, *masses, *momenta)
 
     def ghost(self, model, q, values):
         h = model.depth(q)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import _validate
+from fvkit._validate import real
 
 
 def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -68,3 +69,14 @@ def solid_and_fluid(seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 def bottom(aux: Any, like: np.ndarray) -> np.ndarray:
     """Return the bottom among aux values, 0 where there is none."""
     return np.zeros_like(like) if aux is None else np.asarray(aux["b"], dtype=float)
+
+
+def critical_depth(q: float, g: float = 9.81) -> float:
+    """Return the depth (q^2/g)^(1/3), m, at which a discharge moves with its own wave speed.
+
+    Parameters
+    ----------
+    q : discharge h v, m^2/s.
+    g : gravity, m/s^2.
+    """
+    return (real(q, "q") ** 2 / real(g, "g", above=0.0)) ** (1.0 / 3.0)

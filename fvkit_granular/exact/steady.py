@@ -14,21 +14,11 @@ from numpy.typing import ArrayLike
 
 from fvkit._validate import array, choice, real
 from fvkit_granular.exact.states import FloatArray
+from fvkit_granular.states import critical_depth
 
 REGIMES = ("subcritical", "supercritical", "transcritical", "jump")
 #: What the flow may be choked by, relatively, and still be called critical: rounding.
 ROUNDING = 1e-12
-
-
-def critical_depth(q: float, g: float = 9.81) -> float:
-    """Return the depth (q^2/g)^(1/3), m, at which a discharge moves with its own wave speed.
-
-    Parameters
-    ----------
-    q : discharge h v, m^2/s.
-    g : gravity, m/s^2.
-    """
-    return (real(q, "q") ** 2 / real(g, "g", above=0.0)) ** (1.0 / 3.0)
 
 
 def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcritical", g: float = 9.81) -> FloatArray:

@@ -101,7 +101,7 @@ def _run(kind: type[Model], scheme: Scheme, scene: RandomScene, templates: dict[
 
 
 def _march(stepper: Stepper) -> tuple[str, float]:
-    """Run to the end of a scene; return how it ended, and the lowest mass of the states looked at, NaN where any number is."""
+    """Run to the end of a scene; return how it ended, and the lowest mass of the states looked at, -inf for no number."""
     lowest, started = _lowest(stepper), time.perf_counter()
     try:
         first = stepper.step()
