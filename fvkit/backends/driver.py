@@ -22,11 +22,11 @@ while lanes > 8:
     half = (lanes + 1) // 2
     for j in range(lanes - half):
         other = smx[half + j]
-        smx[j] = other if other > smx[j] else smx[j]
+        smx[j] = other if other > smx[j] or other != other else smx[j]
     lanes = half
 speed = 0.0
 for j in range(lanes):
-    speed = max(speed, smx[j])
+    speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
 '''
 
 _TILES = '''
@@ -156,9 +156,7 @@ found[0] = lost
 found[1] = first
 speed = 0.0
 for j in range(lanes):
-    speed = max(speed, smx[j]) if smx[j] == smx[j] else smx[j]
-    if speed != speed:
-        break
+    speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
 state = regs[last_register]
 for k in range(end):
     c0 = k * TILE

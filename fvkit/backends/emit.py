@@ -10,13 +10,14 @@ from typing import Any
 
 import attrs
 
-from fvkit.backends.trace import Expr, needed
+from fvkit.backends.trace import KEEPS_NAN, Expr, needed
 
 #: Fast-math flags of every operation: contraction alone. NaN and infinity keep their meaning.
 _FLAGS = ("contract",)
 
 _ARITHMETIC = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 _COMPARISONS = ("<", "<=", ">", ">=", "==")
+_EXTREMES = {"maximum": ">", "minimum": "<", f"maximum{KEEPS_NAN}": ">", f"minimum{KEEPS_NAN}": "<"}
 _BOOLEAN = (*_COMPARISONS, "!=", "&", "|", "not", "isfinite", "isnan")
 _LIBRARY = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
 
@@ -120,8 +121,11 @@ class _Emitter:
             return builder.fcmp_unordered(operation, *items)
         if operation == "where":
             return builder.select(*items)
-        if operation in ("maximum", "minimum"):
-            return builder.select(builder.fcmp_ordered(">" if operation == "maximum" else "<", *items), *items)
+        if operation in _EXTREMES:
+            a, b = sorted(items, key=lambda item: not isinstance(item, self.ir.Constant))
+            found = builder.select(builder.fcmp_ordered(_EXTREMES[operation], a, b), a, b)  # b where one is NaN
+            sure = isinstance(a, self.ir.Constant) or not operation.endswith(KEEPS_NAN)
+            return found if sure else builder.select(self._isnan(a), a, found)
         if operation in ("sqrt", "abs"):
             return self.intrinsic("llvm.sqrt" if operation == "sqrt" else "llvm.fabs", *items)
         if operation in ("&", "|"):

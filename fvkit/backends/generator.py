@@ -18,7 +18,7 @@ import attrs
 from fvkit.backends.emit import Block, is_condition
 from fvkit.backends.ends import Ends
 from fvkit.backends.halo import Plan
-from fvkit.backends.trace import Expr, Untraceable
+from fvkit.backends.trace import Expr, Untraceable, keeping_nan
 from fvkit.backends.writer import SPARE, TILE, Row
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
@@ -147,9 +147,12 @@ class Generator(Ends):
             behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
             changed |= behind[-1]
             later = later | {read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
-        largest = self.graph.node("load", "smx[j]")
+
+        def largest(fastest: Any) -> tuple[str, Any]:
+            return "smx[j] = {}", keeping_nan(self.graph.node("maximum", fastest, self.graph.node("load", "smx[j]")))
+
         if "fastest" in own and "fastest" not in changed:
-            extra.append(("smx[j] = {}", self.graph.node("maximum", own["fastest"], largest)))
+            extra.append(largest(own["fastest"]))
         if first and self.problem.model.defines("hyperbolic_discriminant"):
             self.emit("doubt = 0")
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
@@ -164,7 +167,7 @@ class Generator(Ends):
             else:
                 self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
         if "fastest" in changed:
-            self.loop(count, [], low, [("smx[j] = {}", self.graph.node("maximum", self.value("fastest", low, {}, low), largest))])
+            self.loop(count, [], low, [largest(self.value("fastest", low, {}, low))])
 
     def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
         """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.

@@ -13,6 +13,10 @@ import numpy as np
 
 from fvkit.part import Part
 
+#: Behind "maximum" and "minimum" in the operation of a node: NaN where either value is, as NumPy has it. It costs two more
+#: instructions, too many for all of them; the plain ones drop NaN of their first value.
+KEEPS_NAN = " with nan"
+
 
 class Untraceable(TypeError):
     """A pointwise function did something with a value that only whole arrays can do."""
@@ -41,6 +45,14 @@ class Graph:
             raise Untraceable(f"np.{name} is no elementwise function that the compiled backend knows; it knows "
                               f"{', '.join(sorted(_FUNCTIONS))}")
         return _FUNCTIONS[name](self, *(_value(value) for value in values))
+
+
+def keeping_nan(item: Any) -> Any:
+    """Return a value that is NaN wherever one of those among which it was chosen is."""
+    if not isinstance(item, Expr) or item.operation not in ("maximum", "minimum", "abs", "neg"):
+        return item
+    name = item.operation if len(item.arguments) == 1 else item.operation + KEEPS_NAN
+    return item.graph.node(name, *[keeping_nan(argument) for argument in item.arguments])
 
 
 class Expr:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import fvkit as fv
 from fvkit.backends.emit import block
-from fvkit.backends.trace import Expr, Graph, Untraceable, needed
+from fvkit.backends.trace import Expr, Graph, Untraceable, keeping_nan, needed
 
 values = st.floats(-20.0, 20.0).map(lambda x: 0.0 if abs(x) < 1e-100 else x)
 OPERATIONS = {
@@ -29,13 +29,13 @@ OPERATIONS = {
 
 
 @cache
-def compiled(name: str):
+def compiled(name: str, changed=lambda result: result):
     """Trace an operation, and compile what came out as a function of two arrays."""
     import numba
 
     graph = Graph()
     result = OPERATIONS[name](graph.node("load", "x"), graph.node("load", "y"))
-    made = block("made", [result], lambda node: node.operation == "load")
+    made = block("made", [changed(result)], lambda node: node.operation == "load")
     order = [0 if node.arguments[0] == "x" else 1 for node in made.inputs]
     space = {"made": made.compiled(), "njit": numba.njit(error_model="numpy")}
     arguments = ", ".join("xy"[k] for k in order)
@@ -49,6 +49,13 @@ def compiled(name: str):
 def test_a_compiled_operation_means_what_numpy_means(name, x, y):
     wanted = OPERATIONS[name](np.array([x]), np.array([y]))[0]
     assert compiled(name)(x, y) == pytest.approx(wanted, rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", sorted(OPERATIONS.keys() - {"neg", "cube"}))  # they hold 0 x, which is traced as 0
+@pytest.mark.parametrize(("x", "y"), [(np.nan, 1.5), (-0.5, np.nan), (np.nan, np.nan)])
+def test_nan_is_kept_or_dropped_where_numpy_does(name, x, y):
+    wanted = OPERATIONS[name](np.array([x]), np.array([y]))[0]
+    assert compiled(name, keeping_nan)(x, y) == pytest.approx(wanted, rel=1e-13, abs=1e-13, nan_ok=True)
 
 
 def test_exp_is_exact_to_a_unit_in_the_last_place():

@@ -23,6 +23,9 @@ PATIENCE = 300.0
 #: Seconds of the processor that a test may take; longer ones have no part in this. More where it compiles, which is the point there.
 LONGEST, LONGEST_COMPILED = 1.5, 6.0
 
+#: What the names of tests say that compile: they only run where compiling is the point.
+COMPILE = ("numba", "compiled", "backends_agree")
+
 #: Exit codes of pytest: all passed, some failed; ours where the interpreter came down, and where it had to be stopped.
 PASSED, FAILED, FELL, STOPPED = 0, 1, -1, -2
 
@@ -44,7 +47,7 @@ class Durations:
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         if self.known is None:  # a compilation is not cut short in mid-air: it would leave the compiler in pieces
-            items[:] = [item for item in items if compiles(item) or "numba" not in item.nodeid]
+            items[:] = [item for item in items if compiles(item) or not any(word in item.nodeid for word in COMPILE)]
         else:
             items[:] = sorted((item for item in items if item.nodeid in self.known), key=lambda item: self.known[item.nodeid])
 

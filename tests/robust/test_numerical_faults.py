@@ -108,6 +108,15 @@ def test_a_model_that_lies_ends_with_a_status_that_says_when_and_where(lie, stat
     assert caught.value.solution.q.tobytes() == solution.q.tobytes()
 
 
+@pytest.mark.parametrize("scheme", SCHEMES[::2], ids=NAMES[::2])
+def test_compiled_code_sees_speeds_that_are_no_number_in_some_states(scheme):
+    pytest.importorskip("numba")
+    compiled, plain = (fv.solve(dam(NoNumberLater()), scheme, backend=backend, throw=False) for backend in ("numba", "numpy"))
+    assert compiled.status in (fv.Status.WRONG_SPEED, fv.Status.NON_FINITE)
+    assert (compiled.status, compiled.stats.steps) == (plain.status, plain.stats.steps)  # which of the cells is told may differ
+    assert "in cell" in compiled.message
+
+
 @pytest.mark.parametrize("scheme", SCHEMES, ids=NAMES)
 def test_an_honest_model_is_not_blamed(scheme):
     assert solve(dam(Honest()), scheme, observers=[sound]).success
