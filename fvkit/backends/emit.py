@@ -1,19 +1,22 @@
 """Blocks of traced arithmetic as functions that the compiler inlines: nodes become LLVM instructions, one each.
 
+Products are contracted into sums here and not by LLVM, whose choice differs between the vectors of a loop and the rest of it: the
+same face, computed at the end of one tile and at the start of the next, must have the same flux to the bit, or mass is lost.
+
 A block is one loop body without its loads and stores. Numba sees a single call where it would otherwise infer types for
 hundreds of operations, which is what most of a compilation would be spent on; selections are instructions and no branches.
 """
 
 import math
+import platform
+from collections import Counter
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import attrs
 
 from fvkit.backends.trace import KEEPS_NAN, Expr, needed
-
-#: Fast-math flags of every operation: contraction alone. NaN and infinity keep their meaning.
-_FLAGS = ("contract",)
 
 _ARITHMETIC = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 _COMPARISONS = ("<", "<=", ">", ">=", "==")
@@ -61,9 +64,10 @@ class Block:
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         values = {node.index: value for node, value in zip(self.inputs, arguments, strict=True)}
-        emitter = _Emitter(context, builder, values)
+        emitter = _Emitter(context, builder, values, contracted(self.nodes, self.outputs) if has_fma() else set())
         for node in self.nodes:
-            values[node.index] = emitter.node(node)
+            if node.index not in emitter.contracted:
+                values[node.index] = emitter.node(node)
         results = [emitter.widened(item) for item in self.outputs]
         return context.make_tuple(builder, signature.return_type, results)
 
@@ -75,6 +79,27 @@ def block(name: str, outputs: list[Any], leaf: Callable[[Expr], bool]) -> Block:
     for node in needed(outputs, leaf):
         (inputs if leaf(node) else inside).append(node)
     return Block(name, tuple(inputs), tuple(inside), tuple(outputs))
+
+
+def contracted(nodes: tuple[Expr, ...], outputs: tuple[Any, ...]) -> set[int]:
+    """Return the products that nothing but one sum or difference uses, one for each: it is computed as a b + c, rounded once."""
+    uses = Counter(item.index for node in nodes for item in node.arguments if isinstance(item, Expr))
+    uses.update(item.index for item in outputs if isinstance(item, Expr))
+    inside, found = {node.index for node in nodes}, set()
+    for node in nodes:
+        for item in node.arguments if node.operation in ("+", "-") else ():
+            if isinstance(item, Expr) and item.operation == "*" and item.index in inside and uses[item.index] == 1:
+                found.add(item.index)
+                break
+    return found
+
+
+@cache
+def has_fma() -> bool:
+    """Whether the processor multiplies and adds in one instruction."""
+    from llvmlite import binding
+
+    return platform.machine().lower() in ("aarch64", "arm64") or bool(binding.get_host_cpu_features().get("fma", False))
 
 
 def _label(item: Any) -> str:
@@ -89,10 +114,10 @@ def is_condition(item: Any) -> bool:
 class _Emitter:
     """Writes the instructions of nodes whose arguments are known."""
 
-    def __init__(self, context: Any, builder: Any, values: dict[int, Any]) -> None:
+    def __init__(self, context: Any, builder: Any, values: dict[int, Any], contracted: set[int]) -> None:
         from llvmlite import ir
 
-        self.context, self.builder, self.values, self.ir = context, builder, values, ir
+        self.context, self.builder, self.values, self.contracted, self.ir = context, builder, values, contracted, ir
         self.double, self.whole = ir.DoubleType(), ir.IntType(64)
 
     def argument(self, item: Any) -> Any:
@@ -112,9 +137,13 @@ class _Emitter:
 
     def node(self, node: Expr) -> Any:
         """The instructions of one node."""
-        operation, items, builder = node.operation, [self.argument(item) for item in node.arguments], self.builder
+        operation, builder = node.operation, self.builder
+        product = next((item for item in node.arguments if isinstance(item, Expr) and item.index in self.contracted), None)
+        if product is not None:
+            return self.contraction(node, product)
+        items = [self.argument(item) for item in node.arguments]
         if operation in _ARITHMETIC:
-            return getattr(builder, _ARITHMETIC[operation])(*items, flags=_FLAGS)
+            return getattr(builder, _ARITHMETIC[operation])(*items)
         if operation in _COMPARISONS:
             return builder.fcmp_ordered(operation, *items)
         if operation == "!=":
@@ -132,6 +161,15 @@ class _Emitter:
             return builder.and_(*items) if operation == "&" else builder.or_(*items)
         special = getattr(self, f"_{operation}", None)
         return special(*items) if special is not None else self.library(_LIBRARY.get(operation, operation), *items)
+
+    def contraction(self, node: Expr, product: Expr) -> Any:
+        """A sum or difference of which one part is a contracted product."""
+        a, b = (self.argument(item) for item in product.arguments)
+        first, second = node.arguments
+        if first is product:
+            c = self.argument(second)
+            return self.fused(a, b, c if node.operation == "+" else self.builder.fneg(c))
+        return self.fused(a if node.operation == "+" else self.builder.fneg(a), b, self.argument(first))
 
     def intrinsic(self, name: str, *items: Any) -> Any:
         """A call of an LLVM intrinsic on doubles."""
@@ -193,7 +231,7 @@ class _Emitter:
         for n in range(13, 0, -1):
             p = self.fused(p, x, number(1.0 / math.factorial(n)))
         near = builder.fcmp_ordered("<", self.intrinsic("llvm.fabs", x), number(0.35))
-        return builder.select(near, builder.fmul(p, x, flags=_FLAGS), builder.fsub(self._exp(x), number(1.0)))
+        return builder.select(near, builder.fmul(p, x), builder.fsub(self._exp(x), number(1.0)))
 
     def _log(self, x: Any) -> Any:
         """log of 2^k m as k log(2) + 2 artanh((m - 1)/(m + 1)), sqrt(1/2) < m < sqrt(2), to two units in the last place."""
@@ -221,4 +259,6 @@ class _Emitter:
 
     def fused(self, a: Any, b: Any, c: Any) -> Any:
         """a b + c, in one instruction where there is one."""
-        return self.builder.fadd(self.builder.fmul(a, b, flags=_FLAGS), c, flags=_FLAGS)
+        if has_fma():
+            return self.builder.fma(a, b, c)
+        return self.builder.fadd(self.builder.fmul(a, b), c)

@@ -23,7 +23,7 @@ from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
 #: Compiler options of every kernel. Contraction alone: NaN and infinity must keep their meaning.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 #: The functions that a module may have, callees first.
 FUNCTIONS = ("tile", "source_tile", "ghosts", "opening", "finish", "add_up", "tiles", "advance")

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit.pointwise import add, scale, subtract
+from fvkit.pointwise import add, scale, subtract, where
 from fvkit.polynomial import polynomial
 from fvkit.schemes.shores import asked, kept, rules, trust
 
@@ -23,20 +23,23 @@ def near_shore(parts, ratio, *inputs):
 
 
 def draw(parts, ratio, *inputs):
-    """Draw what `reconstruct` found of a cell to its mean."""
-    stencil, (left, right, bed_left, bed_right, _) = inputs[:-5], inputs[-5:]
+    """Draw what `reconstruct` found of a cell to its mean; where nothing asks for it, every bit is kept."""
+    stencil, found = inputs[:-5], inputs[-5:]
+    left, right, bed_left, bed_right, _ = found
     states, given = split(parts.model, stencil)
     q, aux = states[len(states) // 2], given[len(given) // 2]
-    third_modes = bends(parts, stencil, deviations(parts, stencil))
     sides = (subtract(left, q), subtract(right, q), subtract(bed_left, aux), subtract(bed_right, aux))
-    return on_cell(parts.model, *drawn(parts, stencil, sides, third_modes))
+    share = allowed(parts, stencil, sides)
+    cell = drawn(q, aux, share, sides, bends(parts, stencil, deviations(parts, stencil)))
+    return tuple(tuple([where(share >= 1.0, old, new) for old, new in zip(*both, strict=True)])
+                 for both in zip(found, on_cell(parts.model, *cell), strict=True))
 
 
 def polynomials(parts, *stencil):
     """Return the polynomials of q and aux on a cell, drawn to their means at shores."""
     q, aux, sides, third_modes = whole(parts, stencil)
     if parts.model.phases:
-        q, aux, sides, third_modes = drawn(parts, stencil, sides, third_modes)
+        q, aux, sides, third_modes = drawn(q, aux, allowed(parts, stencil, sides), sides, third_modes)
     _, _, inner, bed = assembled(q, aux, sides, third_modes)
     return inner, bed
 
@@ -90,12 +93,15 @@ def whole(parts, stencil):
     return q, aux, (left, right, *beds), bends(parts, stencil, found)
 
 
-def drawn(parts, stencil, sides, third_modes):
-    """Return the same with as much of the deviations as a shore allows."""
-    model, (states, given) = parts.model, split(parts.model, stencil)
-    share = trust(rules(model, states, given, sides[0], sides[1], lifts(model, stencil)))
-    return (states[len(states) // 2], given[len(given) // 2], tuple([kept(share, item) for item in sides]),
-            tuple([kept(share, item) for item in third_modes]))
+def allowed(parts, stencil, sides):
+    """Return the share of the deviations that a shore leaves."""
+    states, given = split(parts.model, stencil)
+    return trust(rules(parts.model, states, given, sides[0], sides[1], lifts(parts.model, stencil)))
+
+
+def drawn(q, aux, share, sides, third_modes):
+    """Return what `whole` does with a share of the deviations."""
+    return q, aux, tuple([kept(share, item) for item in sides]), tuple([kept(share, item) for item in third_modes])
 
 
 def assembled(q, aux, sides, third_modes):

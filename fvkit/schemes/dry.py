@@ -183,7 +183,7 @@ def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
 def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=None, waves=None):
     """Blend a face's fluctuations, and at second order its waves and speeds, towards those of the relaxation solver.
 
-    The waves fade instead: next to dry ground the scheme is first order.
+    The waves fade instead: next to dry ground the scheme is first order. A face that trusts its own solver keeps every bit.
     """
     jump = sliding(*jumps(parts, ql, qr, auxl, auxr))
     pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, jump)
@@ -199,5 +199,6 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=Non
     top = where(some, fastest, 0.0)
     for speed in their_speeds:
         top = maximum(top, np.abs(speed))
-    result = (left, right_going(parts, jump, left), where(own, fastest, top))
+    right = tuple([where(own, mine, rest) for mine, rest in zip(right, right_going(parts, jump, left), strict=True)])
+    result = (left, right, where(own, fastest, top))
     return result if waves is None else (*result, kept(speeds), tuple(scale(share, kept(wave)) for wave in waves))

@@ -33,7 +33,7 @@ def test_an_interrupted_run_keeps_its_partial_solution(backend, throw):
         solution = caught.value.solution
     else:
         solution = fv.solve(long_run(), backend=backend, throw=False)
-    assert time.perf_counter() - started < 3.0
+    assert time.perf_counter() - started < 60.0  # it would go on for days
     assert solution.status is fv.Status.INTERRUPTED
     assert 0.0 < solution.t[-1] < 1e6
     assert solution.q.shape == (2, 2, 400)

@@ -28,6 +28,19 @@ FOUND = {
 }
 
 
+#: Films of 1e-27 m and less, where a last digit decides what the product does. A face that is computed twice, at both ends of a ring,
+#: had two fluxes there, since the compiler contracted products in vectors and not behind them: up to 1.6e-7 of a mass was lost.
+TWO_FLUXES = (9113, 10457, 11346, 12018)
+
+
+@pytest.mark.parametrize("index", TWO_FLUXES)
+def test_both_ends_of_a_ring_have_one_flux(index, monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    found = run_random("pitman-le", "relaxation", 2, 1, index, 1)
+    assert not found["odd"]
+    assert found["shares"][0] <= 0.1
+
+
 @pytest.mark.parametrize("name", FOUND)
 def test_what_collapses_has_a_name_and_keeps_its_mass(name, monkeypatch):
     monkeypatch.setenv("FVKIT_BACKEND", "auto")

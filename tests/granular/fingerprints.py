@@ -1,0 +1,94 @@
+"""Fingerprints of short runs on random scenes: a change of any number in a model, solver, scheme or source shows in one of them.
+
+They say that numbers changed, not which are right. After a change that was meant::
+
+    python -m tests.granular.fingerprints            # what differs, by how much
+    python -m tests.granular.fingerprints --write    # keep what is computed now
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from fvkit import Stepper
+from fvkit_granular.stress.draws import CELLS, random_scene
+from fvkit_granular.stress.randomly import HIGH, MODELS, pairs, scheme_of
+
+FILE = Path(__file__).with_name("fingerprints.json")
+SEED, SCENES = 20, 8
+STEPS = {1: 10, 2: 10, HIGH: 1}
+CASES = [(model, riemann, order) for model, riemann in pairs() for order in STEPS]
+
+#: Weights of the cells in a sum that stands for a row: none alike.
+WEIGHTS = np.cos(np.arange(CELLS) ** 2.0)
+
+#: How far a sum may be from the one that is kept, relative to its terms: processors and NumPy differ by less.
+TOLERANCE = 1e-9
+
+
+def scene_of(index, order):
+    scene = random_scene(SEED, index)
+    return attrs.evolve(scene, nu=None) if order == HIGH else scene
+
+
+def fingerprint(model, riemann, order, scene):
+    """Return the time, the weighted sum of each row, and after them the sums of absolute values, the scale of both."""
+    stepper = Stepper(scene.problem(MODELS[model]), scheme_of(riemann, order), nonhyperbolic="ignore", backend="numpy")
+    stepper.run(stepper.problem.t_end, STEPS[order])
+    terms = WEIGHTS * stepper.q
+    return np.array([stepper.t, *terms.sum(axis=1), stepper.t, *np.abs(terms).sum(axis=1)])
+
+
+def distance(found, kept):
+    """Return the largest difference of two fingerprints, relative to its terms."""
+    half = len(found) // 2
+    change = np.abs(found[:half] - kept)
+    return float(np.max(change / np.maximum(found[half:], 1e-300)))
+
+
+def steady(model, riemann, order, scene):
+    """Whether a scene's fingerprint does not hang on the last digit of its data."""
+    noise = 1.0 + 2.0**-52 * np.random.default_rng(1).integers(-2, 3, (3, CELLS))
+    h, phi, vs, vf = scene.flow
+    other = attrs.evolve(scene, flow=(h * noise[0], phi, vs * noise[1], vf * noise[2]))
+    one, two = (fingerprint(model, riemann, order, item) for item in (scene, other))
+    return distance(one, two[:len(two) // 2]) < 1e-3 * TOLERANCE
+
+
+def chosen(number, case):
+    """Return the fingerprints of a case by the index of the scene; which ones differs from case to case."""
+    kept = {}
+    index = SCENES * number
+    while len(kept) < SCENES:
+        scene = scene_of(index, case[2])
+        if steady(*case, scene):
+            found = fingerprint(*case, scene)
+            kept[str(index)] = found[:len(found) // 2].tolist()
+        index += 1
+    return kept
+
+
+def label(case):
+    return "{} {} {}".format(*case)
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="python -m tests.granular.fingerprints")
+    parser.add_argument("--write", action="store_true", help="keep what is computed now")
+    if parser.parse_args().write:
+        lines = [f"{json.dumps(label(case))}: {json.dumps(chosen(number, case))}" for number, case in enumerate(CASES)]
+        FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+        return
+    kept = json.loads(FILE.read_text(encoding="utf-8"))
+    for case in CASES:
+        for index, values in kept[label(case)].items():
+            far = distance(fingerprint(*case, scene_of(int(index), case[2])), np.array(values))
+            if far > TOLERANCE:
+                print(f"{label(case)}, scene {index}: {far:.1e}")
+
+
+if __name__ == "__main__":
+    main()
