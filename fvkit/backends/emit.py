@@ -246,8 +246,8 @@ class _Emitter:
         f = builder.fsub(m, number(1.0))
         s = builder.fdiv(f, builder.fadd(f, number(2.0)))
         z = builder.fmul(s, s)
-        p = number(2.0 / 23.0)
-        for n in range(21, 1, -2):
+        p = number(2.0 / 21.0)
+        for n in range(19, 1, -2):
             p = self.fused(p, z, number(2.0 / n))
         # log(m) = f - s (f - z p): f is exact, the rest is small.
         rest = builder.fmul(s, builder.fsub(f, builder.fmul(z, p)))

@@ -34,19 +34,20 @@ def scene_of(index, order):
     return attrs.evolve(scene, nu=None) if order == HIGH else scene
 
 
-def fingerprint(model, riemann, order, scene):
-    """Return the time, the weighted sum of each row, and after them the sums of absolute values, the scale of both."""
-    stepper = Stepper(scene.problem(MODELS[model]), scheme_of(riemann, order), nonhyperbolic="ignore", backend="numpy")
+def fingerprint(model, riemann, order, scene, backend="numpy"):
+    """Return the time, the faces that lost hyperbolicity, the weighted sum of each row and what passed both ends, and the scale of each."""
+    stepper = Stepper(scene.problem(MODELS[model]), scheme_of(riemann, order), nonhyperbolic="ignore", backend=backend)
     stepper.run(stepper.problem.t_end, STEPS[order])
-    terms = WEIGHTS * stepper.q
-    return np.array([stepper.t, *terms.sum(axis=1), stepper.t, *np.abs(terms).sum(axis=1)])
+    terms, passed = WEIGHTS * stepper.q, stepper.snapshot()["masses"].ravel()
+    masses = [np.abs(terms[row]).sum() for row in stepper.problem.model.mass_rows()]
+    return (np.array([stepper.t, stepper.stats().nonhyperbolic_faces, *terms.sum(axis=1), *passed]),
+            np.array([stepper.t, 1.0, *np.abs(terms).sum(axis=1), *(np.abs(passed) + 1e-3 * np.array(2 * masses))]))
 
 
 def distance(found, kept):
-    """Return the largest difference of two fingerprints, relative to its terms."""
-    half = len(found) // 2
-    change = np.abs(found[:half] - kept)
-    return float(np.max(change / np.maximum(found[half:], 1e-300)))
+    """Return the largest difference of a fingerprint from numbers that were kept, relative to its terms."""
+    numbers, scale = found
+    return float(np.max(np.abs(numbers - kept) / np.maximum(scale, 1e-300)))
 
 
 def steady(model, riemann, order, scene):
@@ -54,20 +55,18 @@ def steady(model, riemann, order, scene):
     noise = 1.0 + 2.0**-52 * np.random.default_rng(1).integers(-2, 3, (3, CELLS))
     h, phi, vs, vf = scene.flow
     other = attrs.evolve(scene, flow=(h * noise[0], phi, vs * noise[1], vf * noise[2]))
-    one, two = (fingerprint(model, riemann, order, item) for item in (scene, other))
-    return distance(one, two[:len(two) // 2]) < 1e-3 * TOLERANCE
+    return distance(fingerprint(model, riemann, order, scene), fingerprint(model, riemann, order, other)[0]) < 1e-3 * TOLERANCE
 
 
 def chosen(number, case):
     """Return the fingerprints of a case by the index of the scene; which ones differs from case to case."""
     kept = {}
-    index = SCENES * number
+    index = number
     while len(kept) < SCENES:
         scene = scene_of(index, case[2])
         if steady(*case, scene):
-            found = fingerprint(*case, scene)
-            kept[str(index)] = found[:len(found) // 2].tolist()
-        index += 1
+            kept[str(index)] = fingerprint(*case, scene)[0].tolist()
+        index += 37  # through classes, settings and bottoms
     return kept
 
 
