@@ -4,7 +4,7 @@
 import attrs
 import numpy as np
 
-from fvkit import Inflow, Periodic, Wall, _validate
+from fvkit import Inflow, _validate
 from fvkit_granular.drag import ConstantDrag, Drag
 from fvkit_granular.friction import BasalFriction
 from fvkit_granular.given_flow import GivenFlow
@@ -132,9 +132,9 @@ def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...
         (any(isinstance(source, Drag) and not isinstance(source, ConstantDrag) for source in sources),
          "variable drag: K is that of the mean state at the start"),
         (any(not isinstance(source, (Drag, BasalFriction)) for source in sources), "sources that the prediction does not know"),
-        (any(isinstance(side, Wall) for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
+        (any(side.closed for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
          "run is predicted"),
-        (any(isinstance(side, Periodic) for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
+        (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
         (any(isinstance(side, (Inflow, GivenFlow, Hydrograph, Stage)) for side in sides), "what the inflow brings is not in the "
          "prediction"),
         (coarse, f"the tolerance needs more than {MOST} cells"),

@@ -35,7 +35,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import Periodic, maximum
+from fvkit import maximum
 from fvkit_granular.drag import Drag
 from fvkit_granular.friction import BasalFriction
 from fvkit_granular.reduced import Reduced
@@ -152,7 +152,7 @@ def around(x: np.ndarray, values: np.ndarray, y: float, period: float | None = N
 
 def period_of(scene: Scene) -> float | None:
     """Return the length of a periodic interval, m; None where its ends are others."""
-    return scene.interval[1] - scene.interval[0] if isinstance(scene.sides()[0], Periodic) else None
+    return scene.interval[1] - scene.interval[0] if scene.sides()[0].reads == "opposite" else None
 
 
 def _rate(scene: Scene, phi: float, slip: float) -> float:
