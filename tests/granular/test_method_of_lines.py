@@ -304,6 +304,16 @@ def test_both_backends_agree(case):
     agree(problem, fv.MethodOfLines(riemann, reconstruction, integrator))
 
 
+def test_implicit_drag_slows_a_uniform_flow_as_its_exact_step_does():
+    model, drag, t = gr.TwoPhase(), gr.ConstantDrag(2.0), 0.2
+    q = np.repeat(model.conserved_from(*np.array([[1.2], [0.4], [1.0], [-0.5]])), 16, axis=1)
+    problem = fv.Problem(model, fv.Grid(0.0, 1.0, 16), q, t, boundary=fv.Periodic(), sources=drag)
+    exact = np.array(drag.step(model, tuple(q), (np.zeros(16),), t))
+    assert abs(exact[1, 0] - q[1, 0]) > 0.05
+    found = solve(problem, fv.MethodOfLines(fv.Rusanov(), integrator=fv.ARK4())).q[-1]
+    np.testing.assert_allclose(found, exact, rtol=1e-6)  # the steps are of fourth order: 1e-7
+
+
 @pytest.mark.skipif(not available(), reason="needs the compiled backend")
 def test_both_backends_agree_on_dry_ground():
     agree(attrs.evolve(gr.scene("dry-dam-break").problem(gr.TwoPhase, 100), t_end=100.0), fv.MethodOfLines(fv.Roe()), 10)
