@@ -80,6 +80,15 @@ def test_the_program_of_an_integrator_needs_few_registers(method):
     assert sum(not sweep.implicit for sweep in program(method).sweeps) == len(method.beta)
 
 
+@pytest.mark.parametrize("method", INTEGRATORS, ids=name_of_class)
+def test_each_sweep_asks_the_boundaries_at_the_time_of_its_stage(method):
+    c = butcher(method)[0].sum(axis=1)
+    sweeps = program(method).sweeps
+    np.testing.assert_allclose([sweep.time for sweep in sweeps if not sweep.implicit], c, rtol=0.0, atol=TINY)
+    if method.implicit:
+        np.testing.assert_allclose([sweep.time for sweep in sweeps if sweep.implicit], c, rtol=0.0, atol=TINY)
+
+
 def test_products_of_polynomials_obey_the_product_rule():
     rng = np.random.default_rng(1)
     p, q = (polynomial(*rng.uniform(-1.0, 1.0, (4, 200))) for _ in range(2))
