@@ -28,7 +28,7 @@ FOUND = {
 }
 
 
-#: Films of 1e-27 m and less, where a last digit decides what the product does. A face that is computed twice, at both ends of a ring,
+#: Thin films, the last of 1e-27 m, where a last digit decides what the product does. A face that is computed twice, at both ends of a ring,
 #: had two fluxes there, since the compiler contracted products in vectors and not behind them: up to 1.6e-7 of a mass was lost.
 TWO_FLUXES = (9113, 10457, 11346, 12018)
 
