@@ -46,18 +46,21 @@ def many_runs(count, backend="numpy", threads=4, processes=2, seed=3):
     return found
 
 
-def growth(runs, warm=40, backend="numpy"):
-    """Bytes that Python's objects and the whole process have grown by after so many more small runs."""
-    for number in range(warm):
-        shaken(number, backend)
-    gc.collect()
+def growth(runs, warm=200, settings=40, backend="numpy"):
+    """Bytes that Python's objects and the whole process have grown by after so many more small runs, the process untraced."""
+    def repeat(count):
+        for number in range(count):
+            shaken(number % settings, backend)
+        gc.collect()
+
+    repeat(warm)
+    before = resident()
+    repeat(runs)
+    whole = resident() - before
     tracemalloc.start()
-    shaken(0, backend)
-    gc.collect()
-    traced, whole = tracemalloc.get_traced_memory()[0], resident()
-    for number in range(runs):
-        shaken(number % warm, backend)
-    gc.collect()
-    grown = tracemalloc.get_traced_memory()[0] - traced, resident() - whole
+    repeat(1)
+    traced = tracemalloc.get_traced_memory()[0]
+    repeat(runs)
+    traced = tracemalloc.get_traced_memory()[0] - traced
     tracemalloc.stop()
-    return grown
+    return traced, whole
