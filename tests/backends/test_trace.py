@@ -1,6 +1,7 @@
 """Tracing: every operation means under the compiler what NumPy means, and what cannot be traced is named."""
 
 import inspect
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fvkit as fv
+from fvkit.backends import emit
 from fvkit.backends.emit import block
 from fvkit.backends.trace import Expr, Graph, Untraceable, keeping_nan, needed
 
@@ -56,6 +58,25 @@ def test_a_compiled_operation_means_what_numpy_means(name, x, y):
 def test_nan_is_kept_or_dropped_where_numpy_does(name, x, y):
     wanted = OPERATIONS[name](np.array([x]), np.array([y]))[0]
     assert compiled(name, keeping_nan)(x, y) == pytest.approx(wanted, rel=1e-13, abs=1e-13, nan_ok=True)
+
+
+def test_products_are_contracted_once_and_only_where_the_processor_can(monkeypatch):
+    graph = Graph()
+    x, y = graph.node("load", "x"), graph.node("load", "y")
+    both, used = x * y + y * y, x * x
+    nodes = tuple(needed([both, used + x, used], lambda node: node.operation == "load"))
+    inside = tuple(node for node in nodes if node.operation != "load")
+    assert emit.contracted(inside, (both, used + x, used)) == {(x * y).index}
+    near = 1.0 + 2.0**-30  # its square has more digits than there is room for
+    once = float(Fraction(near) ** 2 - 1)
+    for fma, wanted in ((True, once), (False, near * near - 1.0)):
+        monkeypatch.setattr(emit, "has_fma", lambda fma=fma: fma)
+        OPERATIONS["contraction"] = lambda x, y: x * y - 1.0
+        try:
+            assert compiled.__wrapped__("contraction")(near, near) == wanted
+        finally:
+            del OPERATIONS["contraction"]
+    assert once != near * near - 1.0
 
 
 @pytest.mark.parametrize(("function", "low", "high"), [(np.exp, -700.0, 700.0), (np.expm1, -0.34, 0.34), (np.log, 0.5, 2.0), (np.log, 1e-300, 1e-290)])
