@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import fvkit as fv
 import fvkit_granular as gr
@@ -323,3 +324,16 @@ def test_the_series_near_zero_are_as_good_as_they_say():
     x = np.array([-1e-3, -4e-4, -1e-9, 1e-9, 3e-4, 1e-3])
     np.testing.assert_allclose(series_of_log(x), np.log1p(x) / x, rtol=5e-13)
     np.testing.assert_allclose(series_of_exp(x), np.expm1(x) / x, rtol=5e-13)
+
+
+@pytest.mark.parametrize("law", [*CLOSED, *(Power(2.0, power) for power in (0.0, 0.5, 1.0, 2.0)), Saturating(3.0), Crowded(2.0)])
+def test_implicit_steps_of_any_length_are_solved(law):
+    """r (1 + time D(slip r)) = 1, against a bracketed root of its logarithm. Semi-exact."""
+    phi, slip = 0.4, 1.5
+    for time in 10.0 ** np.arange(-6.0, 13.0, 2.0):
+        def miss(depth, time=time):
+            return depth - np.log1p(time * law.bounded(MODEL, phi, slip * np.exp(-depth)))
+
+        left = np.exp(-brentq(miss, 0.0, 60.0, xtol=1e-15, rtol=1e-14))
+        found = float(np.squeeze(law.resisted(MODEL, phi, np.array([slip]), time)))
+        assert found == pytest.approx(law.bounded(MODEL, phi, slip * left) * left, rel=1e-10, abs=0.0)

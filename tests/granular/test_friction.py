@@ -384,6 +384,13 @@ def test_a_law_that_is_not_a_number_does_not_pass_for_one():
         assert np.isnan(Broken().bounded(gr.ShallowWater(), G, 1.0, q[1])).all()
 
 
+def test_a_law_below_zero_counts_as_none():
+    model = gr.ShallowWater()
+    assert Power(0.0, -3.0, 1.0).bounded(model, G, 1.0, 2.0) == 0.0
+    q = model.conserved_from(1.0, 1.0, 2.0)[:, None]
+    np.testing.assert_array_equal(np.array(Power(0.0, -3.0, 1.0).step(model, tuple(q), (np.zeros(1),), 0.5)), q)
+
+
 @pytest.mark.parametrize(("call", "error", "words"), [
     (lambda: gr.CoulombFriction(-0.1), ValueError, ["`nu`", ">= 0", "-0.1"]),
     (lambda: gr.CoulombFriction("rough"), TypeError, ["`nu`", "'rough'"]),
