@@ -151,10 +151,7 @@ class _Emitter:
         if operation == "where":
             return builder.select(*items)
         if operation in _EXTREMES:
-            a, b = sorted(items, key=lambda item: not isinstance(item, self.ir.Constant))
-            found = builder.select(builder.fcmp_ordered(_EXTREMES[operation], a, b), a, b)  # b where one is NaN
-            sure = isinstance(a, self.ir.Constant) or not operation.endswith(KEEPS_NAN)
-            return found if sure else builder.select(self._isnan(a), a, found)
+            return self.extreme(operation, *items)
         if operation in ("sqrt", "abs"):
             return self.intrinsic("llvm.sqrt" if operation == "sqrt" else "llvm.fabs", *items)
         if operation in ("&", "|"):
@@ -170,6 +167,14 @@ class _Emitter:
             c = self.argument(second)
             return self.fused(a, b, c if node.operation == "+" else self.builder.fneg(c))
         return self.fused(a if node.operation == "+" else self.builder.fneg(a), b, self.argument(first))
+
+    def extreme(self, operation: str, a: Any, b: Any) -> Any:
+        """The larger or smaller of two. The comparison takes the second where one is NaN, so a constant had better stand first."""
+        if isinstance(b, self.ir.Constant):
+            a, b = b, a
+        found = self.builder.select(self.builder.fcmp_ordered(_EXTREMES[operation], a, b), a, b)
+        sure = isinstance(a, self.ir.Constant) or not operation.endswith(KEEPS_NAN)
+        return found if sure else self.builder.select(self._isnan(a), a, found)
 
     def intrinsic(self, name: str, *items: Any) -> Any:
         """A call of an LLVM intrinsic on doubles."""

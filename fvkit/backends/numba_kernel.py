@@ -22,7 +22,7 @@ from fvkit.backends.writer import SPARE, TILE
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
-#: Compiler options of every kernel. Contraction alone: NaN and infinity must keep their meaning.
+#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` says what is contracted.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 #: The functions that a module may have, callees first.
