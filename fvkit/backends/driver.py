@@ -2,7 +2,7 @@
 
 from textwrap import indent
 
-#: All tiles from ``begin`` to ``end``: leaves the largest speed in ``speed``, NaN if any is, and whether a state is bad in ``bad``.
+#: All tiles from ``begin`` to ``end``: leaves the largest speed, NaN if any is, in ``speed``, whether a state is bad in ``bad``.
 _STEP = '''\
 found[0] = 0
 found[1] = -1

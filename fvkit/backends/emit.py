@@ -169,7 +169,7 @@ class _Emitter:
         return self.fused(a if node.operation == "+" else self.builder.fneg(a), b, self.argument(first))
 
     def extreme(self, operation: str, a: Any, b: Any) -> Any:
-        """The larger or smaller of two. The comparison takes the second where one is NaN, so a constant had better stand first."""
+        """The larger or smaller of two. The comparison takes the second where one is NaN: a constant had better stand first."""
         if isinstance(b, self.ir.Constant):
             a, b = b, a
         found = self.builder.select(self.builder.fcmp_ordered(_EXTREMES[operation], a, b), a, b)
