@@ -1,6 +1,7 @@
 """Tracing: every operation means under the compiler what NumPy means, and what cannot be traced is named."""
 
 import inspect
+import math
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -79,16 +80,16 @@ def test_products_are_contracted_once_and_only_where_the_processor_can(monkeypat
     assert once != near * near - 1.0
 
 
-@pytest.mark.parametrize(("function", "low", "high"), [(np.exp, -700.0, 700.0), (np.expm1, -0.34, 0.34), (np.log, 0.5, 2.0), (np.log, 1e-300, 1e-290)])
-def test_functions_are_exact_to_a_unit_in_the_last_place(function, low, high):
+@pytest.mark.parametrize(("name", "low", "high"), [("exp", -700.0, 700.0), ("expm1", -0.34, 0.34), ("log", 0.5, 2.0), ("log", 1e-300, 1e-290)])
+def test_functions_are_exact_to_a_unit_in_the_last_place(name, low, high):
     import numba
 
     graph = Graph()
-    made = block("made", [function(graph.node("load", "x"))], lambda node: node.operation == "load").compiled()
+    made = block("made", [getattr(np, name)(graph.node("load", "x"))], lambda node: node.operation == "load").compiled()
     run = numba.njit(error_model="numpy")(eval("lambda x: made(x)[0]", {"made": made}))
     x = np.random.default_rng(3).uniform(low, high, 20_000)
-    found, wanted = np.array([run(item) for item in x]), function(x)
-    assert (np.abs(found - wanted) <= 2.0 * np.spacing(np.abs(wanted))).all()  # one of ours and one of NumPy's
+    found, wanted = (np.array([one(item) for item in x]) for one in (run, getattr(math, name)))
+    assert (np.abs(found - wanted) <= 2.0 * np.spacing(np.abs(wanted))).all()  # one of ours and one of the library's
 
 
 def test_equal_operations_are_shared_and_unused_ones_vanish():
