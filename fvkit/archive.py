@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from math import prod
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -21,14 +21,27 @@ _HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0
 def write_archive(path: str | Path, arrays: Mapping[str, Any]) -> Path:
     """Write arrays and texts to an ``.npz`` file, whole or not at all; uncompressed, so that its size tells its content."""
     given: dict[str, Any] = {name: np.asarray(values) for name, values in arrays.items()}
-    return write_whole(path, lambda file: np.savez(file, **given))
+    return write_whole(path, lambda file: fill(file, given))
+
+
+def fill(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
+    """Write the entries of an ``.npz`` file. `numpy.savez` did not close its archive where the disk was full, before NumPy 2."""
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                npy.write_array(entry, values, allow_pickle=False)
+
+
+#: Characters of a reason that are told; some libraries quote whole parts of a damaged file.
+TOLD = 300
 
 
 class Unreadable(ValueError):
     """A file that cannot be used; the message names it and says why."""
 
     def __init__(self, path: Path, reason: object) -> None:
-        super().__init__(f"{path} cannot be read: {reason}")
+        told = str(reason)
+        super().__init__(f"{path} cannot be read: {told if len(told) <= TOLD else told[:TOLD] + '...'}")
 
 
 class Archive:

@@ -61,6 +61,7 @@ class Fate:
         if isinstance(error, SolveError):
             error.args = (self.message,)
         elif error is not None:
-            error.add_note("; ".join(self.words))
+            with suppress(AttributeError):  # an exception that takes nothing is passed on all the same
+                error.add_note("; ".join(self.words))
         with suppress(AttributeError):  # an exception may be frozen
             error.solution = solution  # type: ignore[union-attr]

@@ -121,7 +121,7 @@ def animate(solution: "Solution", path: str | Path, kind: str = "state", fps: in
     draw = KINDS[_validate.choice(kind, "kind", KINDS)]
     rate, target = _validate.whole(fps, "fps", at_least=1), checked_film(path)
     axes = ax if ax is not None else new_axes()[1][0]
-    figure = axes.get_figure(root=True)
+    figure = None if axes.figure is None else axes.figure.figure  # the whole one, also of axes in a part of it
     if figure is None:
         raise ValueError("`ax` must be in a figure")
     limits = _limits(solution, draw)

@@ -12,6 +12,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from fvkit.archive import write_archive
 from fvkit.io import write_whole
 from fvkit.sweeps.member import ERROR, LOST, Outcome, Work
 from fvkit.sweeps.samples import Samples
@@ -67,7 +68,7 @@ class Store:
             told: dict[str, Any] = {"status": np.array(outcome.status), "message": np.array(outcome.message),
                                     "seconds": np.array(outcome.seconds)}
             arrays = told | {f"output_{name}": values for name, values in outcome.outputs.items()}
-            write_whole(self._path(outcome.member), lambda file: np.savez(file, **arrays))
+            write_archive(self._path(outcome.member), arrays)
 
     def read(self, members: int) -> Iterator[Outcome]:
         """Yield what earlier runs kept; a file that cannot be read counts as missing."""

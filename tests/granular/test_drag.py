@@ -175,12 +175,14 @@ def test_a_step_keeps_masses_and_momentum_and_only_lowers_the_slip(law, strength
     assert np.isfinite(after).all()
     assert np.isfinite(rate).all()
     assert (after[0], after[2]) == (q[0], q[2])
-    assert abs(mixture(after, gamma) - mixture(q, gamma)) <= 1e-14 * (abs(q[1]) + abs(q[3]))
+    assert abs(mixture(after, gamma) - mixture(q, gamma)) <= 1e-14 * (abs(q[1]) + abs(q[3])) + 1e-322
     if hs == 0.0 or hf == 0.0:
         np.testing.assert_array_equal(after, q)
         np.testing.assert_array_equal(rate, 0.0)
-    rounding = 1e-15 * (abs(vs) + abs(vf)) + 1e-300
-    assert -4.0 * rounding <= slip(after) * np.sign(slip(q)) <= abs(slip(q)) + 4.0 * rounding
+    else:  # the velocities themselves: below 1e-30 m those that the model sees are damped, each by its depth
+        old, new = (state[3] / state[2] - state[1] / state[0] for state in (q, after))
+        rounding = 1e-15 * (abs(vs) + abs(vf)) + 1e-300 + 1e-323 / min(hs, hf)  # the last: of momenta that are subnormal
+        assert -4.0 * rounding <= new * np.sign(old) <= abs(old) + 4.0 * rounding
 
 
 def test_momentum_of_an_absent_phase_does_not_move():

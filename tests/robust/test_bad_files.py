@@ -4,11 +4,13 @@ import resource
 import time
 import tracemalloc
 import warnings
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from fvkit.archive import Unreadable
 from tests.robust.mutations import READERS, crafted, generator, inside, mutate, seeds, texts
 
 # h5netcdf cannot close a file that it could not open, and Python says so; nothing is lost.
@@ -78,6 +80,10 @@ def test_any_changes_are_read_or_refused(kind, valid, tmp_path, seed, times):
 @given(seed=st.integers(0, 2**32), times=st.integers(1, 4))
 def test_changes_inside_an_archive_whose_checksums_are_right(kind, valid, tmp_path, seed, times):
     outcome(kind, inside(valid[kind], generator(seed), times), tmp_path)
+
+
+def test_a_library_that_quotes_half_a_file_is_cut_short():
+    assert len(str(Unreadable(Path("run.npz"), "differ: " + 30_000 * "x"))) < 400
 
 
 @pytest.mark.parametrize("kind", ["npz", "checkpoint"])
