@@ -88,7 +88,8 @@ class ARK4(Integrator):
     The sources act at Gauss nodes of the reconstruction, so that their averages are accurate too. Full order with stiff
     drag needs an initial state in equilibrium; a layer at the start costs every method its order.
 
-    Source: C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139-181 (remembered; row sums, order measured).
+    Source: C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139-181 (remembered; the order conditions of both
+    tables and across them hold to rounding).
     """
 
     weights: ClassVar[tuple[float, ...]] = (82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4)
