@@ -29,6 +29,12 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
+def one_line(text: str) -> str:
+    """Return a text of someone else's on one line, cut where it is long."""
+    line = "".join(character if character.isprintable() else " " for character in text[:LONGEST])
+    return line if len(text) <= LONGEST else f"{line}..."
+
+
 def real(value: Any, name: str, *, above: float | None = None, at_least: float | None = None,
          below: float | None = None, at_most: float | None = None, hint: str = "") -> float:
     """Return ``value`` as a finite float within the bounds, or raise naming ``name``."""

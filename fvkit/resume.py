@@ -9,6 +9,7 @@ import numpy as np
 
 from fvkit import _validate
 from fvkit.archive import Archive, Unreadable
+from fvkit.backends import BACKENDS
 from fvkit.checkpoint import FORMAT, Checkpoint
 from fvkit.problem import Problem
 from fvkit.recording import Memory
@@ -51,12 +52,15 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     SolveError
         As `solve`.
     """
+    if backend is not None:
+        _validate.choice(backend, "backend", BACKENDS)
     archive = Archive(path)
     expect_format(archive, FORMAT)
     kept, plan = parsed(archive.text("configuration"), archive.path), parsed(archive.text("plan"), archive.path)
     q = archive.numbers("q", (None, None, None))
     if not len(q):
         raise archive.refused("it holds no state")
+    own = scheme is None and problem is None
     scheme = _part(archive, kept, "scheme", Scheme, "scheme") if scheme is None else scheme
     problem = _problem(archive, kept, q[0], scheme) if problem is None else _same(problem, archive, q[0])
     t, times = archive.numbers("t", (len(q),)), archive.numbers("times", (None,)).tolist()
@@ -71,13 +75,19 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     try:
         settings = plan["nonhyperbolic"], plan["threads"]
         again = Checkpoint(archive.path, plan["seconds"], plan["interval"])
+        used = _validate.choice(kept.get("backend") if backend is None else backend, "backend", BACKENDS)
     except KeyError as error:
         raise archive.refused(f"its plan has no {error}") from None
     except (TypeError, ValueError) as error:
         raise archive.refused(f"its plan cannot be followed: {error}") from None
     length = part(plan, "length", StepLength, archive.path)
     stop = None if plan.get("stop") is None else part(plan, "stop", Stop, archive.path)
-    stepper = Stepper(problem, scheme, backend or str(kept.get("backend")), *settings, length)
+    try:
+        stepper = Stepper(problem, scheme, used, *settings, length)
+    except (TypeError, ValueError) as error:
+        if not own:
+            raise
+        raise archive.refused(f"its run cannot be made again: {error}") from None
     stepper.restore(snapshot)
     chosen = again if checkpoint is True else checkpoint or None
     return run_to_end(stepper, times, frames, Orders(observers, max_steps, stop=stop), chosen, progress, throw)

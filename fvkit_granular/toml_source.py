@@ -45,7 +45,7 @@ class Table:
         for key in self.data:
             if key not in known:
                 nearest = _nearest(key, known)
-                raise self.error(f"unknown key `{key[:_validate.LONGEST]}`; " + (f"did you mean `{nearest}`? " if nearest else "")
+                raise self.error(f"unknown key `{_validate.one_line(key)}`; " + (f"did you mean `{nearest}`? " if nearest else "")
                                  + f"allowed: {', '.join(known)}", key)
         return self
 

@@ -6,10 +6,13 @@ import tracemalloc
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import fvkit as fv
+import fvkit_granular as gr
 from fvkit.archive import Unreadable
 from tests.robust.mutations import READERS, crafted, generator, inside, mutate, seeds, texts
 
@@ -119,3 +122,24 @@ def test_a_refused_file_costs_little_memory(kind, valid, tmp_path):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50_000_000
+
+
+def test_a_checkpoint_with_a_backend_that_is_none_is_named(valid, tmp_path):
+    path = tmp_path / "named.npz"
+    path.write_bytes(valid["checkpoint"])
+    with np.load(path) as data:
+        arrays = {name: data[name] for name in data.files}
+    for wrong in ('"gpu"', "null"):
+        changed = arrays | {"configuration": np.array(str(arrays["configuration"]).replace('"backend": "numpy"', f'"backend": {wrong}'))}
+        assert str(changed["configuration"]) != str(arrays["configuration"])
+        np.savez(path, **changed)
+        with pytest.raises(ValueError, match=r"named\.npz cannot be read: .*`backend` must be one of"):
+            fv.resume(path)
+
+
+def test_an_unknown_key_of_a_scene_is_told_on_one_line(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text('"na\\nme\\u001b" = 1\n')
+    with pytest.raises(ValueError, match="unknown key `na me `") as caught:
+        gr.load_scene(path)
+    assert "\n" not in str(caught.value)
