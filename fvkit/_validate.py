@@ -26,13 +26,17 @@ def shown(value: Any) -> str:
         text = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
     except Exception as error:  # of an object whose own repr fails: a message is being made, nothing else may go wrong
         text = f"a {type(value).__name__} that cannot be shown ({type(error).__name__})"
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return cut(text)
+
+
+def cut(text: str, longest: int = LONGEST) -> str:
+    """Return what a message says of a text: all of it, or its beginning."""
+    return text if len(text) <= longest else f"{text[:longest]}..."
 
 
 def one_line(text: str) -> str:
     """Return a text of someone else's on one line, cut where it is long."""
-    line = "".join(character if character.isprintable() else " " for character in text[:LONGEST])
-    return line if len(text) <= LONGEST else f"{line}..."
+    return cut("".join(character if character.isprintable() else " " for character in text[:LONGEST + 1]))
 
 
 def real(value: Any, name: str, *, above: float | None = None, at_least: float | None = None,

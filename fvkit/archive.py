@@ -40,8 +40,7 @@ class Unreadable(ValueError):
     """A file that cannot be used; the message names it and says why."""
 
     def __init__(self, path: Path, reason: object) -> None:
-        told = str(reason)
-        super().__init__(f"{path} cannot be read: {told if len(told) <= TOLD else told[:TOLD] + '...'}")
+        super().__init__(f"{path} cannot be read: {_validate.cut(str(reason), TOLD)}")
 
 
 class Archive:

@@ -75,7 +75,7 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     try:
         settings = plan["nonhyperbolic"], plan["threads"]
         again = Checkpoint(archive.path, plan["seconds"], plan["interval"])
-        used = _validate.choice(kept.get("backend") if backend is None else backend, "backend", BACKENDS)
+        used = backend or _validate.choice(kept.get("backend"), "backend", BACKENDS)
     except KeyError as error:
         raise archive.refused(f"its plan has no {error}") from None
     except (TypeError, ValueError) as error:

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from fvkit import _validate
-from fvkit._validate import real
 
 
 def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -79,4 +78,4 @@ def critical_depth(q: float, g: float = 9.81) -> float:
     q : discharge h v, m^2/s.
     g : gravity, m/s^2.
     """
-    return (real(q, "q") ** 2 / real(g, "g", above=0.0)) ** (1.0 / 3.0)
+    return (_validate.real(q, "q") ** 2 / _validate.real(g, "g", above=0.0)) ** (1.0 / 3.0)

@@ -73,11 +73,8 @@ def test_products_are_contracted_once_and_only_where_the_processor_can(monkeypat
     once = float(Fraction(near) ** 2 - 1)
     for fma, wanted in ((True, once), (False, near * near - 1.0)):
         monkeypatch.setattr(emit, "has_fma", lambda fma=fma: fma)
-        OPERATIONS["contraction"] = lambda x, y: x * y - 1.0
-        try:
-            assert compiled.__wrapped__("contraction")(near, near) == wanted
-        finally:
-            del OPERATIONS["contraction"]
+        monkeypatch.setitem(OPERATIONS, "contraction", lambda x, y: x * y - 1.0)
+        assert compiled.__wrapped__("contraction")(near, near) == wanted
     assert once != near * near - 1.0
 
 

@@ -164,7 +164,6 @@ def test_the_device_that_is_always_full_is_refused(tmp_path):
 
 
 def test_a_write_that_fails_half_way_leaves_the_old_file(stored, monkeypatch):
-
     before = state(stored)
 
     def half(file, arrays):
