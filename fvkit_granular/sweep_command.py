@@ -93,7 +93,7 @@ def _executor(address: str | None) -> Iterator[Executor | None]:
         from distributed import Client
     except ImportError:
         raise ValueError("--dask needs Dask: pip install fvkit[cluster]") from None
-    with Client(address, timeout="10s") as client:
+    with Client(address, timeout="10s", set_as_default=False) as client:  # nothing of the process changes
         yield client.get_executor()
 
 
