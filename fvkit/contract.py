@@ -96,7 +96,7 @@ def _examine(function: Any, holders: Mapping[str, type[Part]], owner: str, seen:
             line = read_at
             refuse("the module math serves no arrays; use np.sqrt and its like")
         if isinstance(value, types.FunctionType) and value.__module__.split(".")[0] != "numpy":
-            if getattr(pointwise, value.__name__, None) is not value:
+            if value.__module__.split(".")[0] != __name__.split(".")[0]:  # our own helpers are traced and tested
                 _examine(value, {key: holder for key, holder in holders.items() if key != "self"}, "", seen)
         elif not (isinstance(value, (*_CONSTANTS, types.ModuleType)) or callable(value)):
             line = read_at

@@ -62,3 +62,8 @@ def largest_share(change, below, above):
     """Return the largest share in [0, 1] of a change that stays within ``below`` and ``above``, both >= 0, of zero."""
     room = maximum(where(change > 0.0, above, below), 0.0)
     return minimum(1.0, room / (np.abs(change) + TINY))
+
+
+def least(x, y):
+    """Return the tuple of the smaller one, by size, of each component of x and y where both have one sign, else 0."""
+    return tuple([maximum(minimum(a, b), 0.0) + minimum(maximum(a, b), 0.0) for a, b in zip(x, y, strict=True)])

@@ -3,8 +3,9 @@
 import attrs
 import numpy as np
 
-from fvkit.pointwise import combine, maximum, minimum, subtract, where
+from fvkit.pointwise import add, combine, maximum, minimum, subtract, where
 from fvkit.riemann.base import RiemannSolver
+from fvkit.riemann.viscous import explained, towards_left
 
 #: Bounds that differ by less than this share of the larger one coincide: waves are differences over their distance, and where a
 #: scalar law is smooth nothing but rounding would be left of them.
@@ -15,13 +16,19 @@ NARROW = 1e-3
 class HLL(RiemannSolver):
     """Two waves at bounds s1 <= s2 of all speeds of both sides::
 
-        Z1 = s1 (s2 D - J)/(s2 - s1),  Z2 = J - Z1,
+        Z1 = s1 (s2 D - A^ D)/(s2 - s1) + K-,  Z2 = J - Z1,  K = J - A^ D,
 
-    where J is the total path-conservative jump and D the balanced difference, so that rest is kept exactly and
-    nonconservative products count. Where both bounds coincide the jump travels with them.
+    where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that
+    viscosity acts on: 0 at rest and in uniform flow down a slope, see `fvkit.riemann.viscous`. A conservation law has D = qr -
+    ql, A^ D = J and K = 0: the usual HLL. Where both bounds coincide the jump travels with them.
+
+    Notes
+    -----
+    Fails, by smearing, where waves between the outer ones matter: contacts, internal waves of two phases. Over a bottom and
+    with sources it is as good as the model's ``matrix_product``.
 
     Source: Harten, Lax, van Leer, SIAM Rev. 25 (1983) 35-61; path-conservative form: Castro Diaz, Kurganov,
-    Morales de Luna, M2AN 53 (2019) 959-985.
+    Morales de Luna, M2AN 53 (2019) 959-985; D and K derived here.
     """
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
@@ -31,6 +38,7 @@ class HLL(RiemannSolver):
         gap = s2 - s1
         opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
         share = s1 / where(opened, gap, 1.0)
-        difference = model.balanced_difference(ql, qr, auxl, auxr)
-        first = combine(where(opened, share * s2, 0.0), difference, where(opened, -share, 0.5), jump)
+        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
+        first = combine(where(opened, share * s2, 0.0), difference, where(opened, -share, 0.5), moved)
+        first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, opened))
         return (first, subtract(jump, first)), (s1, s2)

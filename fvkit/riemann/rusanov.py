@@ -3,22 +3,27 @@
 import attrs
 import numpy as np
 
-from fvkit.pointwise import combine, maximum, subtract
+from fvkit.pointwise import add, combine, maximum, minimum, subtract
 from fvkit.riemann.base import RiemannSolver
+from fvkit.riemann.viscous import explained, towards_left
 
 
 @attrs.frozen
 class Rusanov(RiemannSolver):
-    """Two waves at -/+ s, s the largest speed of both sides: Z1 = (J - s D)/2, Z2 = (J + s D)/2.
+    """Two waves at -/+ s, s the largest speed of both sides: Z1 = (A^ D - s D)/2 + K-, Z2 = J - Z1.
 
-    J is the total path-conservative jump, D the balanced difference. The simplest and most diffusive solver.
+    D and K as in `HLL`, K- what HLL sends left of K. A conservation law has K = 0, so Z1 = (J - s D)/2. The simplest and most
+    diffusive solver.
 
-    Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320.
+    Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320; D and K derived here.
     """
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
         lowl, highl = model.wave_speeds(ql)
         lowr, highr = model.wave_speeds(qr)
-        s = maximum(maximum(np.abs(lowl), np.abs(highl)), maximum(np.abs(lowr), np.abs(highr)))
-        first = combine(0.5, jump, -0.5 * s, model.balanced_difference(ql, qr, auxl, auxr))
+        s1, s2 = minimum(lowl, lowr), maximum(highl, highr)
+        s = maximum(np.abs(s1), np.abs(s2))
+        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
+        first = combine(0.5, moved, -0.5 * s, difference)
+        first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, (s1 < 0.0) & (s2 > 0.0)))
         return (first, subtract(jump, first)), (-s, s)
