@@ -211,7 +211,7 @@ class Problem:
             source.check(model)
             contract.read(type(source), ("step", "rate"), kind)
             contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
-            if source.defines("limit_jump"):
-                contract.read(type(source), ("limit_jump",), kind)
-                contract.rehearse(source, "limit_jump", (model, *face, q, self.grid.dx), rows, count)
+            if source.defines("driven"):
+                contract.read(type(source), ("driven",), kind)
+                contract.rehearse(source, "driven", (model, q, q, tuple(q[masses[-1]] for masses, _ in model.phases), aux, 0.0), rows, count)
             contract.rehearse(source, "rate", (model, q, aux), rows, count)

@@ -4,9 +4,11 @@ from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import attrs
+import numpy as np
 
 from fvkit.model import Model
 from fvkit.part import Part, default
+from fvkit.pointwise import add, maximum, minimum, subtract
 
 
 @attrs.frozen
@@ -18,15 +20,20 @@ class Source(Part, ABC):
     2. ``rate(model, q, aux)`` returns dq/dt of the same source; pointwise. `fvkit.rhs` uses it.
     3. ``check(model)`` raises ValueError, with the reason, for a model it cannot act on.
     4. Masses are never touched.
-    5. ``limit_jump(model, ql, qr, auxl, auxr, jump, dx)``, where defined, returns the jump of a face less what a static
-       force of the source holds back; pointwise. It acts before the Riemann solver, which never knows: a slope below
-       its angle of friction then stays at rest, exactly. Where a push is left, ``step`` is expected to take the same
-       force from what moves, so the scheme gives back to the cells what that would count twice.
-    6. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
+    5. ``driven(model, before, after, bearing, aux, dt)``, where defined, returns the state after dt under a constant drive, which
+       alone takes ``before`` to ``after``, and the source; pointwise, with the masses of ``after``. ``bearing`` holds, for each
+       phase, the mass that the drive has acted on. Where drive and source
+       balance it returns the momenta of ``before``, to rounding. Wave propagation then lets source and transport act
+       together, in cells and at faces: see `acted` and `fvkit.schemes.driven`. A source without it acts beside the transport,
+       as the ``splitting`` of the scheme says.
+    6. ``static = True`` says that it may hold at rest what is pushed.
+    7. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
        fewer than two, and a scene that is run with such a model leaves it out.
+    8. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
     """
 
     between_phases: ClassVar[bool] = False
+    static: ClassVar[bool] = False
 
     def check(self, model: Model) -> None:
         """Raise ValueError, with the reason, if this source cannot act on ``model``."""
@@ -39,9 +46,9 @@ class Source(Part, ABC):
         """Return the state after a time dt under this source alone."""
 
     @default
-    def limit_jump(self, model, ql, qr, auxl, auxr, jump, dx):
-        """Return the jump that is left of a face between cells of length dx. Asked only where defined."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `limit_jump`: the jump stays as it is")
+    def driven(self, model, before, after, bearing, aux, dt):
+        """Return the state after dt under this source and a drive that alone takes ``before`` to ``after``."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `driven`: it acts beside the transport")
 
     @default
     def implicit_rate(self, model, q, aux, a):
@@ -53,9 +60,37 @@ class Source(Part, ABC):
         """Return dq/dt due to this source."""
 
 
+def acted(sources, model, before, after, bearing, aux, dt):
+    """Return the state after dt under a drive that alone takes ``before`` to ``after``, and under all sources, each `driven`.
+
+    A source is driven by the transport and by the others: by those that went ahead of it as they have acted, by those that
+    follow as their rates at ``before`` have it, within the momenta at hand. Where all of them balance the state stays, and
+    the whole is of second order.
+    """
+    shares, pushed = [], after
+    for source in sources if len(sources) > 1 else ():
+        shares.append(expected(source, model, before, pushed, aux, dt))
+        pushed = add(pushed, shares[-1])
+    for k, source in enumerate(sources):
+        pushed = after
+        for share in shares[k + 1:]:
+            pushed = add(pushed, share)
+        after = add(after, subtract(source.driven(model, before, pushed, bearing, aux, dt), pushed))
+    return after
+
+
+def expected(source, model, before, after, aux, dt):
+    """Return what the rate of a source at ``before`` adds to each momentum in dt, at most its own size and that of its drive."""
+    rates, result = source.rate(model, before, aux), [0.0] * len(before)
+    for _, momentum in model.phases:
+        most = np.abs(before[momentum]) + np.abs(after[momentum] - before[momentum])
+        result[momentum] = maximum(minimum(dt * rates[momentum], most), -most)
+    return tuple(result)
+
+
 @attrs.frozen
 class Splitting(ABC):
-    """Abstract splitting of a step of length dt into source and transport. Contract:
+    """Abstract splitting of a step of length dt into transport and the sources that act beside it. Contract:
 
     1. ``before`` and ``after`` are the shares of dt for which the sources act before and after the transport;
        they add up to 1 (0 where an integrator takes the sources itself), and a share of 0 costs nothing.

@@ -2,19 +2,20 @@
 
     (m v)_t + ... = -m R sgn(v),   R the deceleration, m/s^2, and m the mass that carries the momentum m v.
 
-At rest friction is a bound: it holds back any push up to m R(load, h, 0). A source that acts between steps cannot know
-that; a pile below its angle would creep. So friction acts twice: on the momentum of a cell, and on the push of a face
-between two cells at rest.
+At rest friction is a bound: it holds back any push up to m R(load, h, 0). And where it balances a slope nothing changes, though
+both are large. So friction acts together with the transport, on cells and on the push of faces: `fvkit.Source.driven`.
 """
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import attrs
 import numpy as np
 
 from fvkit import Source, maximum, minimum, where
 from fvkit._validate import within
-from fvkit_granular.bed import bed_step, threshold, upper, velocity
+from fvkit.pointwise import combine
+from fvkit_granular.bed import threshold, velocity
 from fvkit_granular.slip import share
 
 #: Share by which static friction exceeds that of motion: a slope that creeps to its angle stops there.
@@ -53,25 +54,25 @@ class BasalFriction(Source):
        for the solid and 0 for the fluid of the two-phase model), the depth h of all phases together, m, not below the
        model's ``dry``, and the speed abs(v) >= 0, m/s. R < 0 counts as 0 (friction never drives), R above 1e100 as 1e100.
        Its value at speed 0 is static friction. It must be a number there.
-    2. ``slowed(model, load, h, speed, dt)`` returns the speed v' in [0, speed] with v' + dt R(v') = speed. The default
-       serves every law, see there; override it where the law has a closed form.
+    2. ``moved(model, load, h, v, change, dt)`` returns the velocity after dt of what starts with v, is accelerated by the
+       constant change/dt, and has this friction. The default serves every law, see there; override it for a closed form.
+    3. ``slowed(model, load, h, speed, dt)`` returns the speed v' in [0, speed] with v' + dt R(v') = speed: what the default
+       of ``moved``, and a scheme with implicit sources, are made of.
+    4. ``static = False`` says that R = 0 at rest: nothing is held there.
 
-    Everything else is shared. The step is implicit: stable for any R and dt, first order in time (exact where R does not
-    depend on the speed); it never turns a momentum round nor lets it grow, ends in exactly 0 where static friction exceeds
-    speed/dt, and leaves the masses as they are, bit for bit.
+    Everything else is shared. The step is stable for any R and dt, of second order, exact where R does not depend on the speed
+    and where R balances the drive; without a drive it never turns a momentum round nor lets it grow, ends in exactly 0 where
+    static friction exceeds speed/dt, and leaves the masses as they are, bit for bit.
 
-    Between two cells whose momentum of a phase is exactly 0, the push P of the face (the momentum row of its jump) is
-    taken away where |P| <= (1 + 1e-6) T_f, and reduced by T_f, its sign kept, where it is larger, with
-
-        T_f = dx (T^ + |e|/|db| (T_up - T^)),   T = m R(load, h, 0),
-
-    T^ the mean of both cells, T_up that of the cell with the higher bottom, db the step of the bottom and e its excess over
-    what the water sees (`fvkit_granular.bed.bed_step`): the bound is weighted like P, so the lower, dry end of a pile
-    on a slope stays. Derived here. Static friction exceeds that of motion by 1e-6, so that a slope that comes to rest at its
-    angle does so in finite time.
+    What is at rest, momentum exactly 0, stays so where the drive is at most (1 + 1e-6) R(load, h, 0): static friction exceeds
+    that of motion by 1e-6, so that a slope that comes to rest at its angle does so in finite time. At a face the load is that
+    of the mean of both masses, and, for the excess of an emerged step of the bottom, of the upper side: weighted like the
+    push, so the lower, dry end of a pile on a slope stays. Derived here.
 
     `fvkit.rhs`: a pile stays at rest, but what begins to slide feels friction only once it moves.
     """
+
+    static: ClassVar[bool] = True
 
     def check(self, model):
         for name in ("basal_load", "depth"):
@@ -137,12 +138,48 @@ class BasalFriction(Source):
         """Return R(load, h, speed) within [0, 1e100]; NaN stays NaN."""
         return minimum(STRONGEST, maximum(0.0, self.resistance(model, load, h, speed)))
 
+    def moved(self, model, load, h, v, change, dt):
+        """Return the velocity after dt of what starts with v, is accelerated by change/dt, and has this friction.
+
+        Two implicit half steps twice, less a whole one: second order, exact where R does not depend on the speed, and at the
+        speed at which R balances the drive. Where that would turn the velocity round or let it grow, the half steps alone.
+        Derived here.
+
+        Parameters
+        ----------
+        model, load, h : handed to the law.
+        v, change : m/s, of any sign.
+        dt : time >= 0, s.
+        """
+        whole = self.stopped(model, load, h, v + change, dt)
+        halves = self.stopped(model, load, h, v + 0.5 * change, 0.5 * dt)
+        halves = self.stopped(model, load, h, halves + 0.5 * change, 0.5 * dt)
+        better = 2.0 * halves - whole
+        return where((better * halves > 0.0) & (np.abs(better) <= np.abs(v) + np.abs(change)), better, halves)
+
+    def stopped(self, model, load, h, v, dt):
+        """Return the velocity after an implicit step, no drive."""
+        return np.sign(v) * self.slowed(model, load, h, np.abs(v), dt)
+
     def step(self, model, q, aux, dt):
-        result, h, loads = list(q), maximum(model.depth(q), threshold(model.dry)), model.basal_load(q)
-        for load, (masses, momentum) in zip(loads, model.phases, strict=True):
-            speed = np.abs(velocity(q[masses[-1]], q[momentum], model.dry))
-            kept = self.slowed(model, load, h, speed, dt) / where(speed > 0.0, speed, 1.0)
-            result[momentum] = where(speed > 0.0, kept * q[momentum], q[momentum])
+        bearing = ()
+        for masses, _ in model.phases:
+            bearing = bearing + (q[masses[-1]],)
+        return self.driven(model, q, q, bearing, aux, dt)
+
+    def driven(self, model, before, after, bearing, aux, dt):
+        middle = combine(0.5, before, 0.5, after)
+        result, h, loads = list(after), maximum(model.depth(middle), threshold(model.dry)), model.basal_load(middle)
+        for load, mass, (masses, momentum) in zip(loads, bearing, model.phases, strict=True):
+            row = masses[-1]
+            free = velocity(after[row], after[momentum], model.dry)
+            start = where(before[row] > threshold(model.dry), velocity(before[row], before[momentum], model.dry), free)
+            # The force acts on the mass that bears the drive, the velocity is that of the end of the step.
+            time = dt * share(mass, after[row])
+            static = time * self.bounded(model, load, h, 0.0)
+            held = (before[momentum] == 0.0) & (np.abs(free) <= (1.0 + STICKING) * static)
+            end = where(held, 0.0, self.moved(model, load, h, start, free - start, time))
+            result[momentum] = where(end == 0.0, 0.0 * free, after[momentum] + after[row] * (end - free))
         return tuple(result)
 
     def rate(self, model, q, aux):
@@ -154,21 +191,14 @@ class BasalFriction(Source):
             result[momentum] = -np.sign(v) * (q[masses[-1]] * self.bounded(model, load, h, np.abs(v)))
         return tuple(result)
 
-    def limit_jump(self, model, ql, qr, auxl, auxr, jump, dx):
-        result, loadsl, loadsr = list(jump), model.basal_load(ql), model.basal_load(qr)
-        hl, hr = model.depth(ql), model.depth(qr)
-        db, beyond = bed_step(hl, hr, auxl[0], auxr[0])
-        raised = share(np.abs(beyond), np.abs(db))
-        hl, hr = maximum(hl, threshold(model.dry)), maximum(hr, threshold(model.dry))
-        for loadl, loadr, (masses, momentum) in zip(loadsl, loadsr, model.phases, strict=True):
-            left = ql[masses[-1]] * self.bounded(model, loadl, hl, 0.0)
-            right = qr[masses[-1]] * self.bounded(model, loadr, hr, 0.0)
-            mean = 0.5 * (left + right)
-            bound = dx * (mean + raised * (upper(db, left, right) - mean))
-            push = jump[momentum]
-            excess = np.abs(push) - bound
-            left = where(excess > STICKING * bound, np.sign(push) * excess, 0.0)
-            result[momentum] = where((ql[momentum] == 0.0) & (qr[momentum] == 0.0), left, push)
+    def implicit_rate(self, model, q, aux, a):
+        result, h, loads = list(q), maximum(model.depth(q), threshold(model.dry)), model.basal_load(q)
+        for load, (masses, momentum) in zip(loads, model.phases, strict=True):
+            for row in masses:
+                result[row] = 0.0 * q[row]
+            v = velocity(q[masses[-1]], q[momentum], model.dry)
+            speed = self.slowed(model, load, h, np.abs(v), a)
+            result[momentum] = -np.sign(v) * (q[masses[-1]] * self.bounded(model, load, h, speed))
         return tuple(result)
 
 
@@ -191,6 +221,9 @@ class CoulombFriction(BasalFriction):
 
     def resistance(self, model, load, h, speed):
         return self.nu * load
+
+    def moved(self, model, load, h, v, change, dt):
+        return against_quadratic(v, change, self.nu * load, 0.0, dt)
 
     def slowed(self, model, load, h, speed, dt):
         return maximum(speed - dt * self.bounded(model, load, h, speed), 0.0)
@@ -218,6 +251,9 @@ class Voellmy(BasalFriction):
     def resistance(self, model, load, h, speed):
         return self.mu * load + model.g / self.xi / h * (speed * speed)
 
+    def moved(self, model, load, h, v, change, dt):
+        return against_quadratic(v, change, self.mu * load, model.g / self.xi / h, dt)
+
     def slowed(self, model, load, h, speed, dt):
         return quadratic(maximum(speed - dt * (self.mu * load), 0.0), dt * (model.g / self.xi / h))
 
@@ -238,11 +274,13 @@ class Manning(BasalFriction):
 
     n: float = attrs.field(converter=within(at_least=0.0, hint="roughness in s/m^(1/3)"))  # type: ignore[misc]
 
-    #: Nothing holds at rest: faces need not ask.
-    limit_jump = Source.limit_jump
+    static: ClassVar[bool] = False
 
     def resistance(self, model, load, h, speed):
         return self.strength(model, h) * (speed * speed)
+
+    def moved(self, model, load, h, v, change, dt):
+        return against_quadratic(v, change, 0.0, self.strength(model, h), dt)
 
     def slowed(self, model, load, h, speed, dt):
         return quadratic(speed, dt * self.strength(model, h))
@@ -256,3 +294,32 @@ class Manning(BasalFriction):
 def quadratic(speed, a):
     """Return v >= 0 with v + a v^2 = speed."""
     return 2.0 * speed / (1.0 + np.sqrt(1.0 + 4.0 * a * speed))
+
+
+def against_quadratic(v, change, static, a, dt):
+    """Return the velocity after dt of dv/dt = change/dt - (static + a v^2) sgn v.
+
+    With the speed u and D = change - dt static, along the motion,
+
+        u' = u + (D - a dt u^2)/(r + a dt u),   r = sqrt(1 + a dt max(D, 0)):
+
+    second order, exact for a = 0, for D = 0, where D = a dt u^2, and for dt -> infinity. Where u + D < 0 the motion stops, and
+    what is left of the step may push it back. Derived here.
+
+    Parameters
+    ----------
+    v, change : m/s, of any sign.
+    static : deceleration at rest, m/s^2.
+    a : 1/m, >= 0.
+    dt : time >= 0, s.
+    """
+    strong, held = minimum(a, STRONGEST) * dt, minimum(maximum(static, 0.0), STRONGEST) * dt
+    u = np.abs(v)
+    side = where(v == 0.0, np.sign(change), np.sign(v))
+    drive = side * change - held
+    root = np.sqrt(1.0 + strong * maximum(drive, 0.0))
+    onward = maximum(u + (drive - strong * u * u) / (root + strong * u), 0.0)
+    turned = u + drive < 0.0
+    left = 1.0 - u / where(turned, -drive, 1.0)
+    back = maximum(-side * change - held, 0.0) * left
+    return side * where(turned, -back / np.sqrt(1.0 + strong * left * back), onward)

@@ -132,7 +132,7 @@ class Kernel(ABC):
        given functions on the cells of the grid, not copied if there is one; ``aux_edges`` those of the ghost cells.
     2. `advance` takes accepted steps only: a step above the scheme's largest Courant number, or with a state that is
        not finite or has a negative mass, leaves ``march.now`` and ``march.t`` untouched.
-    3. Ghost cells are filled at the start of a step; sources act on them as on every cell.
+    3. Ghost cells are filled before the transport of a step; sources act on the cells of the grid alone.
     """
 
     name: ClassVar[str]

@@ -56,9 +56,9 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, 
         while tries < retries:
             if not last and t + h == t:
                 break
-            ghosts(q, n, par, values)
             ratio = h / dx
             before = share_before * h
+            ghosts(q, aux, n, before, par, values)
             after = share_after * h
 @@
             cfl = speed * h / dx
@@ -128,7 +128,7 @@ for s in range(sweeps.shape[0]):
     rate = regs[sweeps[s, 2]]
     into = sweeps[s, 3]
     given = values[2 * s:2 * s + 2]
-    ghosts(state, n, par, given)
+    ghosts(state, aux, n, before, par, given)
     found[0] = 0
     found[1] = -1
     for k in range(end):
@@ -192,5 +192,5 @@ DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + (_ADVANCE.replace("@@\
 
 #: The driver of staged schemes; its ghosts are filled sweep by sweep.
 STAGED_DRIVER = _ADD_UP + (_ADVANCE.replace("@@\n", indent(_STAGED, 12 * " "))
-                           .replace("            ghosts(q, n, par, values)\n", "", 1)
+                           .replace("            ghosts(q, aux, n, before, par, values)\n", "", 1)
                            .replace("REGISTERS", "regs, sweeps, weights, last_register, "))

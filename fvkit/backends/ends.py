@@ -19,7 +19,7 @@ class Ends(Writer):
     def finished(self, q: Any, aux: Any) -> Any:
         """Symbols of a state after the sources of the last share of the step, settled."""
         if self.scheme.splitting.after > 0.0:
-            q = self.act(q, aux, self.after, self.parts.sources[::-1])
+            q = self.act(q, aux, self.after, self.parts.beside[::-1])
         return self.parts.model.settle(q) if self.problem.model.defines("settle") else q
 
     def good(self, q: Any) -> Any:
@@ -44,7 +44,7 @@ class Ends(Writer):
             self.emit("bad = 0")
             self.emit("for j in range(nt):")
             if name == "opening":
-                new = self.act(state, aux, self.before, self.parts.sources)
+                new = self.act(state, aux, self.before, self.parts.beside)
                 names = self.assign(list(new), 2, fixed=True)
             else:
                 new = self.finished(state, aux)
@@ -86,17 +86,29 @@ class Ends(Writer):
             for position, name in enumerate(names):
                 self.emit(f"ends[{k}, {position}] = {name}")
 
+    @property
+    def opens(self) -> bool:
+        """Whether sources act before the transport, in the kernel of a scheme without time integrator."""
+        return bool(self.parts.beside) and self.scheme.splitting.before > 0.0 and not self.staged
+
     def ghosts(self) -> list[str]:
-        """Text of ``ghosts``: fill the ghost cells of a padded state; ``values`` holds what the boundaries give."""
+        """Text of ``ghosts``: fill the ghost cells of a padded state; ``values`` holds what the boundaries give.
+
+        They look at cells after the sources of the first share of the step.
+        """
         halo, model = self.plan.halo, self.problem.model
-        self.emit("def ghosts(q, n, par, values):", 0)
+        self.emit("def ghosts(q, aux, n, before, par, values):", 0)
         for side, part in enumerate(self.boundary):
             left = side == 0
             for layer in range(halo):
-                cell = {"opposite": f"n + {layer}" if left else f"{halo + layer}",
-                        "mirror": f"{2 * halo - 1 - layer}" if left else f"n + {halo - 1 - layer}",
-                        "nearest": f"{halo}" if left else f"n + {halo - 1}"}[part.reads]
-                state = tuple(self.graph.node("load", f"q[{k}, {cell}]") for k in range(len(model.conserved)))
+                cell = {"opposite": f"n + {layer - halo}" if left else f"{layer}",
+                        "mirror": f"{halo - 1 - layer}" if left else f"n - {1 + layer}",
+                        "nearest": "0" if left else "n - 1"}[part.reads]
+                state = tuple(self.graph.node("load", f"q[{k}, {cell} + {halo}]") for k in range(len(model.conserved)))
+                if self.opens:
+                    given = tuple(self.graph.node("load", f"aux[{k}, {cell}]") if varies else 0.0
+                                  for k, varies in enumerate(self.varies))
+                    state = self.act(state, given, self.before, self.parts.beside)
                 result = part.ghost(self.parts.model, state, self.values(side))
                 for k, name in enumerate(self.assign(list(result), 1, fixed=True)):
                     self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {name}")

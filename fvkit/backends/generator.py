@@ -116,10 +116,11 @@ class Generator(Ends):
             self.copy(f"aux[{k}, low:high]", "high - low", row, f"low - c0 + {halo}")
             self.copy(f"edges[{k}, c0:{halo}]", f"{halo} - c0", row, "0")
             self.copy(f"edges[{k}, {halo}:]", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
-        if self.parts.sources and self.scheme.splitting.before > 0.0 and not self.staged:
+        if self.opens:  # ghost cells have been filled from cells on which the sources have acted
             q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
-            state = self.act(q, aux, self.before, self.parts.sources)
-            self.loop(width, list(zip(self.fields["q"], state, strict=True)), -halo, [])
+            state = self.act(q, aux, self.before, self.parts.beside)
+            self.emit(f"for j in range(max({halo} - c0, 0), min({width}, n + {halo} - c0)):")
+            self.compute(list(zip(self.fields["q"], state, strict=True)), -halo, [], 2)
 
     def copy(self, source: str, count: str, row: Row, first: str) -> None:
         """Copy ``count`` numbers, none if it is negative, into a row from its entry ``first`` on."""
@@ -210,7 +211,8 @@ class Generator(Ends):
             new, extra = tuple(-1.0 * net for net in own["net"]), []
         else:
             q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
-            new = self.finished(tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True)), aux)
+            moved = own.get("new") or tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
+            new = self.finished(moved, aux)
             extra = [("bad = bad | (1 - {})", self.good(new))]
         rows = tuple(self.new_row(0) for _ in new)
         self.loop("nt", list(zip(rows, new, strict=True)), 0, extra)

@@ -22,8 +22,8 @@ class Plan:
 
 
 def plan(stages: tuple[Stage, ...]) -> Plan:
-    """Work backwards from the field ``net`` on the cells of a tile to what every stage must cover."""
-    needed: dict[str, tuple[int, int]] = {"net": (0, 0)}
+    """Work backwards from what the last stage writes on the cells of a tile to what every stage must cover."""
+    needed: dict[str, tuple[int, int]] = dict.fromkeys(stages[-1].writes, (0, 0))
     ranges: list[tuple[int, int]] = []
     for stage in reversed(stages):
         wanted = [needed.pop(name) for name in stage.writes if name in needed]

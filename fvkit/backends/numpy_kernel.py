@@ -25,24 +25,21 @@ class NumpyKernel(StepwiseKernel):
         super().__init__(problem, scheme, parts)
         chunk = CHUNK if self.cells > UNCHUNKED else self.cells
         self._chunks = [(start, min(chunk, self.cells - start)) for start in range(0, self.cells, chunk)]
-        self._work = self.padded(problem.q0) if problem.sources else np.empty(0)
+        self._work = self.padded(problem.q0) if parts.beside else np.empty(0)
         self._aux = self.padded_aux()
         self._runner = Runner(parts, self.plan, {n for _, n in self._chunks})
         self._no_flux = np.zeros((2, max(len(self.mass_rows), 1)))
 
     def trial(self, march: March, dt: float) -> Trial:
-        splitting, sources = self.scheme.splitting, self.problem.sources
-        q, new = march.now, march.next
-        self.fill_ghosts(q, march.t + 0.5 * dt)
+        splitting, q, new = self.scheme.splitting, march.now, march.next
         start = q
-        if sources and splitting.before > 0.0:
-            for source in sources:
-                self._act(source, start, self._work, splitting.before * dt, range(q.shape[1]))
-                start = self._work
+        for source in self.parts.beside if splitting.before > 0.0 else ():
+            self._act(source, start, self._work, splitting.before * dt)
+            start = self._work
+        self.fill_ghosts(start, march.t + 0.5 * dt)
         speed, flux, lost, lost_face = self._transport(start, new, march.t, dt)
-        if splitting.after > 0.0:
-            for source in reversed(sources):
-                self._act(source, new, new, splitting.after * dt, range(self.halo, self.halo + self.cells))
+        for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
+            self._act(source, new, new, splitting.after * dt)
         if self.problem.model.defines("settle"):
             inside = self.inside(new)
             for row, component in zip(inside, self.problem.model.settle(tuple(inside)), strict=True):
@@ -66,16 +63,19 @@ class NumpyKernel(StepwiseKernel):
             np.multiply(net, -ratio, out=target)
             target += row
 
-        return self._sweep(q, out, ratio, step)
+        def keep(target: np.ndarray, _: np.ndarray, new: Any) -> None:
+            target[:] = new
 
-    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, write: Any) -> tuple[float, np.ndarray, int, int]:
-        """Write into the cells of ``out`` what ``write`` makes of those of q and ``net``; return what `_transport` does."""
+        return self._sweep(q, out, ratio, "new", keep) if self.parts.joint else self._sweep(q, out, ratio, "net", step)
+
+    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, made: str, write: Any) -> tuple[float, np.ndarray, int, int]:
+        """Write into the cells of ``out`` what ``write`` makes of those of q and the field ``made``; return what `_transport` does."""
         speeds, lost, lost_face, lows = [], 0, -1, self._runner.lows
         flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
             here = slice(self.halo + start, self.halo + start + n)
-            for target, row, net in zip(out, q, fields["net"], strict=True):
+            for target, row, net in zip(out, q, fields[made], strict=True):
                 write(target[here], row[here], net)
             speeds.append(_largest(fields["fastest"]))
             if self.mass_rows and not self.closed:
@@ -109,11 +109,10 @@ class NumpyKernel(StepwiseKernel):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
-    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float, cells: range) -> None:
-        """Write into ``out`` those cells of the padded state q after the source's pointwise step."""
-        length = self._chunks[0][1] + 2 * self.halo
-        for start in cells[::length]:
-            here = slice(start, min(start + length, cells.stop))
+    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float) -> None:
+        """Write into the cells of ``out`` those of the padded state q after the source's pointwise step."""
+        for start, n in self._chunks:
+            here = slice(self.halo + start, self.halo + start + n)
             result = source.step(self.problem.model, tuple(q[:, here]), tuple(self._aux[:, here]), dt)
             for row, component in zip(out, result, strict=True):
                 row[here] = component
@@ -158,7 +157,7 @@ class StagedNumpyKernel(NumpyKernel):
             if sweep.implicit:
                 self._source_rate(state, rate, sweep.share * dt)
             else:
-                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], lambda to, _, net: np.negative(net, out=to))
+                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], "net", lambda to, _, net: np.negative(net, out=to))
                 if found[0] == found[0]:
                     speed = max(speed, found[0])
                 elif speed * units[TRANSPORT] <= self.scheme.cfl_max:  # else the step is too long, whatever later stages say

@@ -47,7 +47,7 @@ class ThreadedKernel(StepwiseKernel):
     def trial(self, march: March, dt: float) -> Trial:
         kernel, splitting = self._kernel, self.scheme.splitting
         values = kernel.boundary_values(*kernel.times(march.t, dt))
-        kernel.module.ghosts(march.now, self.cells, kernel.parameters, values)
+        kernel.module.ghosts(march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
         common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
                   splitting.after * dt, kernel.parameters, values)
         work = [self._pool.submit(partial(kernel.module.tiles, begin, end, *common, *scratch))

@@ -26,6 +26,18 @@ class Parts(NamedTuple):
     dx: Any = 1.0
     reconstruction: Reconstruction | None = None
 
+    @property
+    def joint(self) -> tuple[Source, ...]:
+        """The sources that act together with the transport, those between phases first: the bed has the last word."""
+        found = () if self.reconstruction is not None else [source for source in self.sources if source.defines("driven")]
+        return tuple(sorted(found, key=lambda source: not source.between_phases))
+
+    @property
+    def beside(self) -> tuple[Source, ...]:
+        """The other sources, which alternate with the transport as the splitting of the scheme says."""
+        joint = self.joint
+        return tuple(source for source in self.sources if source not in joint)
+
 
 class Read(NamedTuple):
     """A field that a stage reads, at the offsets first..last from its own place."""
@@ -41,8 +53,8 @@ class Stage:
 
     ``compute(parts, ratio, *inputs)`` gets dt/dx and one input per field and offset, in the order of ``reads``; it
     returns one value per name in ``writes``. Cells and faces share one numbering: face j is the left face of cell j,
-    between cells j - 1 and j. The fields ``q`` and ``aux`` are given; the last stage writes ``net``, the sum of all
-    fluctuations that enter a cell.
+    between cells j - 1 and j. The fields ``q`` and ``aux`` are given; a stage writes ``net``, the sum of all fluctuations that
+    enter a cell, and where sources act with the transport the last one writes ``new``, the state of the cell after both.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ import numpy as np
 
 from fvkit.pointwise import TINY, combine, largest_share, maximum, minimum, scale, subtract, where
 from fvkit.schemes.fluctuations import anchored, left_going, right_going
-from fvkit.schemes.static import jumps, sliding
+from fvkit.schemes.driven import for_cells, jumps
 
 #: Half of a cell's mass, less what rounding may add to it.
 HALF = 0.5 * (1.0 - 1e-14)
@@ -185,9 +185,11 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=Non
 
     The waves fade instead: next to dry ground the scheme is first order. A face that trusts its own solver keeps every bit.
     """
-    jump = sliding(*jumps(parts, ql, qr, auxl, auxr))
-    pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, jump)
-    relaxed = anchored(parts, ql, left_going(pieces, their_speeds))
+    whole, net, _ = jumps(parts, ratio, ql, qr, auxl, auxr)
+    jump = for_cells(parts.model, ql, qr, whole, net)
+    pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, net)
+    relaxed = left_going(pieces, their_speeds)
+    relaxed = anchored(parts, ql, relaxed if net is whole else combine(1.0, relaxed, 0.5, subtract(jump, net)))
     share = trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed)
     some, own = share > 0.0, share >= 1.0
 

@@ -1,5 +1,7 @@
 """What happens at a face, for every scheme: the Riemann problem, its fluctuations, entropy fix and fallback."""
 
+from functools import partial
+
 import numpy as np
 
 from fvkit.pointwise import add, combine, maximum, scale, subtract, where
@@ -28,7 +30,9 @@ def face_stages(parts: Parts, face: tuple[Read, ...], fixes: bool, waves: bool =
     """
     model, riemann = parts.model, parts.riemann
     states = face[:len(face) // 2]
-    result = [Stage(riemann_problem, face, ("jump", "waves", "speeds", "fastest")),
+    found = ("jump", "waves", "speeds", "fastest", *(("bearing",) if parts.joint else ()))
+    problem = partial(riemann_problem, later=0.5) if waves and parts.joint else riemann_problem
+    result = [Stage(problem, face, found),
               Stage(upwinding, here("speeds"), ("sides",), light=True),
               Stage(fluctuations, (*states, *here("jump", "waves", "sides")), BOTH)]
     if fixes:

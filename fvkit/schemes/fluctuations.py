@@ -7,25 +7,32 @@ right. Both cells then see the same number, so that masses are conserved, and st
 import numpy as np
 
 from fvkit.pointwise import combine, maximum, subtract, weighted
-from fvkit.schemes.static import jumps, sliding, without_held
+from fvkit.schemes.driven import for_cells, jumps, without_held
 
 
-def riemann_problem(parts, ratio, ql, qr, auxl, auxr):
-    """Resolve the jump of a face, less what static forces hold back, into waves; see `fvkit.schemes.static`."""
-    whole, net = jumps(parts, ql, qr, auxl, auxr)
+def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
+    """Resolve the jump of a face, less what sources take of it, into waves; see `fvkit.schemes.driven`.
+
+    The masses that bear the push are those ``later``, a share of the step.
+    """
+    whole, net, bearing = jumps(parts, ratio, ql, qr, auxl, auxr)
     waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
     if net is not whole:
         waves = without_held(parts.model, whole, net, waves)
     fastest = np.abs(speeds[0])
     for speed in speeds[1:]:
         fastest = maximum(fastest, np.abs(speed))
-    return sliding(whole, net), waves, speeds, fastest
+    found = for_cells(parts.model, ql, qr, whole, net), waves, speeds, fastest
+    if not bearing:
+        return found
+    return (*found, tuple([maximum(mass - later * ratio * whole[masses[-1]], 0.0)
+                           for mass, (masses, _) in zip(bearing, parts.model.phases, strict=True)]))
 
 
 def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
     """Split the jump of a face into what travels left and what travels right."""
     left = weighted([0.5 - side for side in sides], waves)
-    if any(source.defines("limit_jump") for source in parts.sources):
+    if parts.joint:
         standing = subtract(jump, weighted([1.0] * len(waves), waves))
         left = combine(1.0, left, 0.5, standing)
     left = anchored(parts, ql, left)

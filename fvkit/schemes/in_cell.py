@@ -19,7 +19,7 @@ from fvkit.pointwise import TINY, add, maximum, scale, subtract, weighted, where
 from fvkit.schemes.base import Read, Stage
 from fvkit.schemes.dry import hold_within, mass_fluxes, uneven
 from fvkit.schemes.fluctuations import fluctuations, half_signs, riemann_problem
-from fvkit.schemes.static import jumps, sliding
+from fvkit.schemes.driven import for_cells, jumps
 
 #: The smallest shock looked at, its change of depth over the depth; results are insensitive from .005 to .1.
 WEAKEST = 0.02
@@ -123,9 +123,9 @@ def take_apart(parts, ratio, upstream, change, downstream, before, here, after, 
     if model.phases:
         for ql, qr, auxl, auxr in ((before, here, aux_before, aux), (here, after, aux, aux_after), (left, right, aux, aux)):
             accepted = accepted & ~uneven(parts, ql, qr, auxl, auxr)
-    whole, net = jumps(parts, a, c, aux, aux)
+    whole, net, _ = jumps(parts, ratio, a, c, aux, aux)
     if net is not whole:
-        for every, rest in zip(whole, net, strict=True):
+        for every, rest in zip(whole, for_cells(model, a, c, whole, net), strict=True):
             accepted = accepted & (every == rest)
     way = np.abs(speed) * ratio
     room = where(speed > 0.0, 1.0 - behind, behind)
@@ -197,8 +197,8 @@ def resolve(parts, ratio, markedl, markedr, ql, qr, auxl, auxr, crossingl, cross
     left, right = fluctuations(parts, ratio, r_of_l, l_of_r, jump, waves, half_signs(speeds))
     forth, back = where(markedl, maximum(crossingl, 0.0), 0.0), where(markedr, maximum(-crossingr, 0.0), 0.0)
     carried = weighted((forth, back), (subtract(r_of_l, l_of_l), subtract(r_of_r, l_of_r)))
-    insidel = sliding(*jumps(parts, l_of_l, r_of_l, auxl, auxl))
-    insider = sliding(*jumps(parts, l_of_r, r_of_r, auxr, auxr))
+    insidel = for_cells(parts.model, l_of_l, r_of_l, *jumps(parts, ratio, l_of_l, r_of_l, auxl, auxl)[:2])
+    insider = for_cells(parts.model, l_of_r, r_of_r, *jumps(parts, ratio, l_of_r, r_of_r, auxr, auxr)[:2])
     rows = parts.model.mass_rows()
     left = tuple([item - through if k in rows else item + 0.5 * inside - through
                   for k, (item, inside, through) in enumerate(zip(left, insidel, carried, strict=True))])

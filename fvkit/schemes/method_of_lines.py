@@ -83,7 +83,7 @@ class MethodOfLines(Scheme):
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
         self.riemann.check(model)
         for source in sources:
-            if source.defines("limit_jump"):
+            if source.static:
                 raise ValueError(f"MethodOfLines cannot serve {type(source).__name__}: a pile held by static friction needs "
                                  "WavePropagation, such as fv.WavePropagation(gr.Relaxation())")
         if self.integrator.implicit and (len(sources) > 1 or not all(source.defines("implicit_rate") for source in sources)):

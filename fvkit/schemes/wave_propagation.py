@@ -11,6 +11,7 @@ from fvkit.model import Model
 from fvkit.pointwise import TINY, add, combine, dot, multiply, scale, weighted, where
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
+from fvkit.schemes.driven import drive
 from fvkit.schemes.dry import hold_within, mass_fluxes, may_overdraw
 from fvkit.schemes.faces import face_stages, here, to_left, to_right, upwinding
 from fvkit.schemes.in_cell import finding, resolving, uncorrecting
@@ -119,9 +120,12 @@ class WavePropagation(Scheme):
         if self.in_cell_shocks and terms:
             result.append(uncorrecting(terms, ("carried",) if model.phases else ()))
         terms = (*terms, "carried") if model.phases else terms
-        return (*result, Stage(to_left, here("left_going", *terms), ("to_left",), light=True),
-                Stage(to_right, here("right_going", *terms), ("to_right",), light=True),
-                Stage(net_fluctuation, (Read("to_right", 0, 0), Read("to_left", 1, 1)), ("net",)))
+        result += [Stage(to_left, here("left_going", *terms), ("to_left",), light=True),
+                   Stage(to_right, here("right_going", *terms), ("to_right",), light=True),
+                   Stage(net_fluctuation, (Read("to_right", 0, 0), Read("to_left", 1, 1)), ("net",))]
+        if parts.joint:
+            result.append(Stage(drive, (*here("q", "net", "aux"), Read("bearing", 0, 1)), ("new",)))
+        return tuple(result)
 
     def _second_order(self, parts: Parts) -> list[Stage]:
         """The stages of the corrections: they write "correction" and, where the model has it, "cross"."""
