@@ -179,7 +179,8 @@ class BasalFriction(Source):
             static = time * self.bounded(model, load, h, 0.0)
             held = (before[momentum] == 0.0) & (np.abs(free) <= (1.0 + STICKING) * static)
             end = where(held, 0.0, self.moved(model, load, h, start, free - start, time))
-            result[momentum] = where(end == 0.0, 0.0 * free, after[momentum] + after[row] * (end - free))
+            moves = free != 0.0  # below ``dry`` a momentum is more than mass times velocity
+            result[momentum] = where(moves, after[momentum] * (end / where(moves, free, 1.0)), after[momentum] + after[row] * end)
         return tuple(result)
 
     def rate(self, model, q, aux):

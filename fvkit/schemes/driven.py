@@ -5,6 +5,7 @@ neighbours of different depth would get more, or less, than they pay, and a flow
 So a flow in balance has no waves, and what is held at rest feels nothing. Derived here.
 """
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -39,14 +40,17 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     bearing = tuple([before[masses[-1]] for masses, _ in phases])
     end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
     low, high = model.wave_speeds(before)
+    carries = 0.5 * (high - low) * reduce(maximum, map(np.abs, speeds))
     for (masses, momentum), v in zip(phases, speeds, strict=True):
         row, still = masses[-1], before[momentum] == 0.0
         push, left = (before[momentum] - after[momentum]) / ratio, (before[momentum] - end[momentum]) / ratio
         # A source may stop what moves, and is felt at a point: the sound of the face carries no more of it than this.
-        most, side = 0.5 * (high - low) * np.abs(before[momentum]), np.sign(v)
+        most, side = carries * before[row], np.sign(v)
         left = where(side * left > maximum(side * push, most), side * maximum(side * push, most), left)
         even = 0.0 if limit else minimum(1.0, EVEN * minimum(ql[row], qr[row]) / (maximum(ql[row], qr[row]) + TINY))
-        kept = whole[momentum] + where(still, 1.0, even) * (left - push)
+        # What a source stops must feel its push first: a slope would else come to rest below its angle.
+        lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY))
+        kept = whole[momentum] + where(still, 1.0, even * lasting) * (left - push)
         result[momentum] = where(still & (end[momentum] == 0.0), 0.0, kept)
     return whole, tuple(result), bearing
 
