@@ -4,15 +4,20 @@ Everything here is pointwise and shared by all models of the package. Derived by
 desingularised velocity, which is common practice.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from fvkit.pointwise import known, maximum, minimum, where
+from fvkit.pointwise import known, least, maximum, minimum, where
 
 #: Smallest threshold of a dry cell, m: products of three depths stay normal numbers.
 LEAST_DRY = 1e-30
 
 #: A face takes depths below this share of the threshold for none: the cell keeps its mass, which does not move.
 IMMOBILE = 1e-10
+
+#: How fast an emerged step closes once its excess exceeds eight times the kinetic head of what runs towards it.
+CLOSING = 4.0
 
 #: Added to denominators that vanish together with their numerators: far below any product of depths and speeds.
 TINY = 1e-200
@@ -53,6 +58,81 @@ def bed_step(hl, hr, bl, br):
     db = br - bl
     beyond = maximum(db - hl, 0.0) - maximum(-db - hr, 0.0)
     return db, where(db == 0.0, 0.0, beyond)
+
+
+class Step(NamedTuple):
+    """The step of the bottom at a face, as the flow over it feels it.
+
+    Parameters
+    ----------
+    db, excess : see `bed_step`.
+    inverse : 1/(|e| + h_up), 1/m.
+    raised : share |e|/(|e| + h_up) of the potential head over the step that the upper side alone bears.
+    steep : share of the change of velocity over the face that the step explains: 0 on a level bottom and at shores, else
+        min(1, 2 |db|/|dh|).
+    """
+
+    db: Any
+    excess: Any
+    inverse: Any
+    raised: Any
+    steep: Any
+
+
+def face_step(hl, hr, bl, br):
+    """Return the `Step` between two depths."""
+    db, excess = bed_step(hl, hr, bl, br)
+    above, below = upper(db, hl, hr), upper(db, hr, hl)
+    size = np.abs(excess)
+    inverse = 1.0 / (size + above + TINY)
+    steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * above / (below + TINY))
+    return Step(db, excess, inverse, size * inverse, where(db == 0.0, 0.0, steep))
+
+
+def kinetic_head(step, ml, vl, mr, vr):
+    """Return what the momentum of a phase, masses ml and mr, gains over a step: W v^ dv - mean(m v) dv.
+
+    W, between the smaller and the larger mass, is the weight of the potential head, push = g W d(h + b). With it in the jump,
+    the kinetic head has the same weight, so that the jump vanishes where discharge and total head are constant: falling
+    water gains no energy, and a step of one face lets through what a resolved ramp does. Third order in the jump, so smooth
+    flow is as before; 0 on a level bottom and at rest. Derived here.
+    """
+    dm, dv = mr - ml, vr - vl
+    return step.steep * dv * dm * (0.25 * np.sign(step.db) * step.raised * (vl + vr) - 0.25 * dv)
+
+
+def carried_over(step, hl, vl, hr, vr):
+    """Return the part of vr - vl that stands at a step where the discharge h v is the same on both sides."""
+    (dv,) = least((vr - vl,), (-0.5 * (vl + vr) * (hr - hl) / (0.5 * (hl + hr) + TINY),))
+    return step.steep * (1.0 - step.raised) * dv
+
+
+def wall_share(step, vl, vr, g):
+    """Return the share of a wall in an emerged step, for the phase on its lower side, and whether that runs towards it.
+
+    With k = v^2/2g, 1 towards the step where k lies below about a tenth of its excess e, and 0 from e/8 on: what has the
+    energy to climb climbs, and smooth slopes are no walls to a wave that runs up them. Away from the step 1 - 10 k/e. Both
+    fade where the upper side is as deep as e.
+    """
+    v, size = upper(step.db, vr, vl), np.abs(step.excess)
+    k = 0.5 / g * v * v
+    towards = np.sign(step.db) * v > 0.0
+    share = where(towards, minimum(1.0, CLOSING * (size - 8.0 * k) * step.inverse), (size - 10.0 * k) * step.inverse)
+    return where(size > 0.0, maximum(share, 0.0), 0.0), towards
+
+
+def wall_push(step, ml, vl, mr, vr, hl, hr, al, ar, g):
+    """Return the push of an emerged step on the phase of mass m on its lower side: a wall, as far as `wall_share` has it.
+
+    m v (a + 3/2 max(v, 0)) for v towards the step, what a mirror image would exert in the relaxation solver, which then lets
+    nothing climb; pulled back by no more than the static pressure. An emerged step without it is a valve: water climbs it
+    without energy and does not come back, and at rest rounding grows to metres per second. Derived here.
+    """
+    share, _ = wall_share(step, vl, vr, g)
+    side, v, m = np.sign(step.db), upper(step.db, vr, vl), upper(step.db, mr, ml)
+    towards = side * v
+    push = m * towards * (upper(step.db, ar, al) + 1.5 * maximum(towards, 0.0))
+    return share * side * maximum(push, -0.5 * g * m * upper(step.db, hr, hl))
 
 
 def upper(db, left, right):

@@ -9,7 +9,19 @@ import numpy as np
 from fvkit import Model, RiemannSolver, maximum, where
 from fvkit._validate import number, optional_number
 from fvkit.polynomial import exchange, product_slope, total
-from fvkit_granular.bed import IMMOBILE, LEAST_DRY, TINY, bed_step, present, settled, threshold, upper, velocity
+from fvkit_granular.bed import (
+    IMMOBILE,
+    LEAST_DRY,
+    TINY,
+    face_step,
+    kinetic_head,
+    present,
+    settled,
+    threshold,
+    upper,
+    velocity,
+    wall_push,
+)
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -68,9 +80,11 @@ class Reduced(Model):
     def jump(self, ql, qr, auxl, auxr):
         (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
         dh, dmass = hr - hl, massr - massl
-        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
-        push = self.g * (0.5 * (massl + massr) * (dh + (db - excess)) + upper(db, massl, massr) * excess
+        step = face_step(hl, hr, auxl[0], auxr[0])
+        push = self.g * (0.5 * (massl + massr) * (dh + (step.db - step.excess)) + upper(step.db, massl, massr) * step.excess
                          + 0.25 * ((hl + hr) * dmass - (massl + massr) * dh))
+        al, ar = sound_speeds(hl, hr, step, self.g)
+        push = push + kinetic_head(step, massl, vl, massr, vr) + wall_push(step, massl, vl, massr, vr, hl, hr, al, ar, self.g)
         return hr * vr - hl * vl, massr * vr - massl * vl, massr * vr * vr - massl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):
@@ -115,13 +129,13 @@ class Reduced(Model):
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
-        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
-        al, ar = sound_speeds(hl, hr, db, excess, self.g)
+        step = face_step(hl, hr, auxl[0], auxr[0])
+        al, ar = sound_speeds(hl, hr, step, self.g)
         push = jump[2] - (massr * vr * vr - massl * vl * vl)
-        (first, second, third), speeds = mass_and_momentum(massl, vl, massr, vr, push, al, ar, jump[1:])
-        s1, star, s3 = speeds
-        carried1 = hl * ((vl - s1) / (star - s1 + TINY)) * star - hl * vl
-        carried3 = hr * vr - hr * ((s3 - vr) / (s3 - star + TINY)) * star
+        (first, second, third), speeds, (starl, starr) = mass_and_momentum(massl, vl, massr, vr, push, al, ar, step, self.g, jump[1:])
+        s1, _, s3 = speeds
+        carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl
+        carried3 = hr * vr - hr * ((s3 - vr) / (s3 - starr + TINY)) * starr
         return ((carried1,) + first, (jump[0] - carried1 - carried3,) + second, (carried3,) + third), speeds
 
     def settle(self, q):

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from fvkit import RiemannSolver, maximum, minimum, where
-from fvkit_granular.bed import TINY
+from fvkit_granular.bed import TINY, carried_over, wall_share
 
 
 @attrs.frozen
@@ -28,57 +28,57 @@ class Relaxation(RiemannSolver):
         return model.relaxation(ql, qr, auxl, auxr, jump)
 
 
-def sound_speeds(hl, hr, db, excess, g):
+def sound_speeds(hl, hr, step, g):
     """Return sqrt(g (h + u)) of both sides, u = |e| h_up/(hl + hr): the depth that pushes through an emerged step.
 
     Parameters
     ----------
     hl, hr : total depths, m, >= 0.
-    db, excess : see `fvkit_granular.bed.bed_step`.
+    step : see `fvkit_granular.bed.Step`.
     g : gravity, m/s^2.
     """
-    pushed = np.abs(excess) * where(db > 0.0, hr, hl) / (hl + hr + TINY)
+    pushed = np.abs(step.excess) * where(step.db > 0.0, hr, hl) / (hl + hr + TINY)
     return np.sqrt(g * (hl + pushed)), np.sqrt(g * (hr + pushed))
 
 
-def phase_waves(hl, vl, hr, vr, push, al, ar, jump):
-    """Return the middle state and the speeds of a phase: s1, v*, s3, and the depths beside the contact.
+def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
+    """Return the speeds of a phase, s1, v*, s3, its states beside the contact, (h*, v*) of both sides, and cl, cr.
 
-    With push P, the part of the momentum jump that is not d(h v^2), and x = max(vl - vr, 0),
+    With push P, the part of the momentum jump that is not d(h v^2), x = max(vl - vr + d, 0), and the change d of velocity that
+    stands at a step of the bottom (`fvkit_granular.bed.carried_over`; F its mean discharge),
 
         Al = al + 1.5 x + min(sqrt(P+/hl), P+/(hr ar)),   Ar = ar + 1.5 x + min(sqrt(P-/hr), P-/(hl al)),
-        cl = hl Al,  cr = hr Ar,  v* = (cl vl + cr vr - P)/(cl + cr),  s1 = vl - Al,  s3 = vr + Ar,
-        hl* = cl/(v* - s1),  hr* = cr/(s3 - v*).
+        cl = hl Al,  cr = hr Ar,  vl* = (cl vl + cr (vr - d) - P - F d)/(cl + cr),  vr* = vl* + d,
+        s1 = vl - Al,  s3 = vr + Ar,  hl* = cl/(vl* - s1),  hr* = cr/(s3 - vr*).
 
-    The extra terms keep v* between s1 and s3 for any data, so both depths stay positive. All denominators are kept
-    from 0; a phase that is absent on both sides has no waves and no speeds.
-
-    Returns
-    -------
-    (s1, v*, s3), (Al, Ar), (hl*, hr*), (cl, cr)
+    The extra terms keep v* between s1 and s3 for any data, so both depths stay positive; a wall needs none. All denominators
+    are kept from 0; a phase that is absent on both sides has no waves and no speeds.
     """
-    compression = 1.5 * maximum(vl - vr, 0.0)
+    stands = carried_over(step, hl, vl, hr, vr)
+    wall, towards = wall_share(step, vl, vr, g)
+    compression = 1.5 * maximum(vl - vr + stands, 0.0)
     forward, size = push > 0.0, np.abs(push)
     from_depth, into = where(forward, hl, hr) + TINY, where(forward, hr * ar, hl * al) + TINY
-    extra = minimum(np.sqrt(size / from_depth), size / into)
+    extra = minimum(np.sqrt(size / from_depth), size / into) * where(towards, 1.0 - wall, 1.0)
     speedl, speedr = al + compression + where(forward, extra, 0.0), ar + compression + where(forward, 0.0, extra)
     cl, cr = hl * speedl, hr * speedr
     s1, s3 = vl - speedl, vr + speedr
-    star = minimum(maximum((cl * vl + cr * vr - push) / (cl + cr + TINY), s1), s3)
+    star = (cl * vl + cr * (vr - stands) - push - 0.5 * (hl * vl + hr * vr) * stands) / (cl + cr + TINY)
+    starl, starr = minimum(maximum(star, s1), s3), minimum(maximum(star + stands, s1), s3)
+    contact = where(starl * starr > 0.0, starl, 0.5 * (starl + starr))
     inside = hl + hr > 0.0
-    return ((where(inside, s1, 0.0), where(inside, star, 0.0), where(inside, s3, 0.0)), (speedl, speedr),
-            (cl / (star - s1 + TINY), cr / (s3 - star + TINY)), (cl, cr))
+    return ((where(inside, s1, 0.0), where(inside, contact, 0.0), where(inside, s3, 0.0)),
+            ((cl / (starl - s1 + TINY), starl), (cr / (s3 - starr + TINY), starr)), (cl, cr))
 
 
-def mass_and_momentum(hl, vl, hr, vr, push, al, ar, jump):
-    """Return the three waves of a phase, (mass, momentum) each, and their speeds; they add up to its jump.
+def mass_and_momentum(hl, vl, hr, vr, push, al, ar, step, g, jump):
+    """Return the three waves of a phase, (mass, momentum) each, their speeds and the velocities beside the contact.
 
-    Z1 = (hl* v* - hl vl, hl* v*^2 - hl vl^2 + cl (vl - v*)),  Z3 = (hr vr - hr* v*, hr vr^2 - hr* v*^2 + cr (vr - v*)),
-    and Z2 is the rest, with speeds s1, s3 and v* of `phase_waves`.
+    Z1 = (hl* vl* - hl vl, hl* vl*^2 - hl vl^2 + cl (vl - vl*)),  Z3 = (hr vr - hr* vr*, hr vr^2 - hr* vr*^2 + cr (vr - vr*)),
+    and Z2 is the rest, so that they add up to the jump, with speeds s1, s3 and v* of `phase_waves`.
     """
-    speeds, _, (starl, starr), (cl, cr) = phase_waves(hl, vl, hr, vr, push, al, ar, jump)
-    _, star, _ = speeds
-    massl, massr = starl * star, starr * star
-    first = massl - hl * vl, massl * star - hl * vl * vl + cl * (vl - star)
-    third = hr * vr - massr, hr * vr * vr - massr * star + cr * (vr - star)
-    return (first, (jump[0] - first[0] - third[0], jump[1] - first[1] - third[1]), third), speeds
+    speeds, ((depthl, starl), (depthr, starr)), (cl, cr) = phase_waves(hl, vl, hr, vr, push, al, ar, step, g)
+    massl, massr = depthl * starl, depthr * starr
+    first = massl - hl * vl, massl * starl - hl * vl * vl + cl * (vl - starl)
+    third = hr * vr - massr, hr * vr * vr - massr * starr + cr * (vr - starr)
+    return (first, (jump[0] - first[0] - third[0], jump[1] - first[1] - third[1]), third), speeds, (starl, starr)

@@ -9,7 +9,18 @@ import numpy as np
 from fvkit import Model, RiemannSolver, where
 from fvkit._validate import number, optional_number
 from fvkit.polynomial import product_slope, total
-from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, upper, velocity
+from fvkit_granular.bed import (
+    LEAST_DRY,
+    TINY,
+    face_step,
+    kinetic_head,
+    mean_velocity,
+    present,
+    settled,
+    upper,
+    velocity,
+    wall_push,
+)
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -59,9 +70,11 @@ class ShallowWater(Model):
 
     def jump(self, ql, qr, auxl, auxr):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
-        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
-        surface = (hr - hl) + (db - excess)
-        push = self.g * (0.5 * (hl + hr) * surface + upper(db, hl, hr) * excess)
+        step = face_step(hl, hr, auxl[0], auxr[0])
+        surface = (hr - hl) + (step.db - step.excess)
+        push = self.g * (0.5 * (hl + hr) * surface + upper(step.db, hl, hr) * step.excess)
+        al, ar = sound_speeds(hl, hr, step, self.g)
+        push = push + kinetic_head(step, hl, vl, hr, vr) + wall_push(step, hl, vl, hr, vr, hl, hr, al, ar, self.g)
         return hr * vr - hl * vl, hr * vr * vr - hl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):
@@ -89,9 +102,11 @@ class ShallowWater(Model):
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
-        db, excess = bed_step(hl, hr, auxl[0], auxr[0])
-        al, ar = sound_speeds(hl, hr, db, excess, self.g)
-        return mass_and_momentum(hl, vl, hr, vr, jump[1] - (hr * vr * vr - hl * vl * vl), al, ar, jump)
+        step = face_step(hl, hr, auxl[0], auxr[0])
+        al, ar = sound_speeds(hl, hr, step, self.g)
+        push = jump[1] - (hr * vr * vr - hl * vl * vl)
+        waves, speeds, _ = mass_and_momentum(hl, vl, hr, vr, push, al, ar, step, self.g, jump)
+        return waves, speeds
 
     def settle(self, q):
         return q[0], settled(q[0], q[1], self.dry)

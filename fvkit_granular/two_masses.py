@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
-from fvkit_granular.bed import LEAST_DRY, TINY, bed_step, mean_velocity, present, settled, velocity
+from fvkit_granular.bed import LEAST_DRY, TINY, face_step, kinetic_head, mean_velocity, present, settled, velocity, wall_push
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -77,16 +77,21 @@ class TwoMasses(Model, ABC):
         left, right = self.layers(ql), self.layers(qr)
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = left, right
         solid, fluid = self.push(left, right, auxl[0], auxr[0])
+        hl, hr = hsl + hfl, hsr + hfr
+        step, (al, ar) = face_step(hl, hr, auxl[0], auxr[0]), self.sound(left, right, auxl[0], auxr[0])
+        solid = solid + kinetic_head(step, hsl, vsl, hsr, vsr) + wall_push(step, hsl, vsl, hsr, vsr, hl, hr, al, ar, self.g)
+        fluid = fluid + kinetic_head(step, hfl, vfl, hfr, vfr) + wall_push(step, hfl, vfl, hfr, vfr, hl, hr, al, ar, self.g)
         return (hsr * vsr - hsl * vsl, hsr * vsr * vsr - hsl * vsl * vsl + solid,
                 hfr * vfr - hfl * vfl, hfr * vfr * vfr - hfl * vfl * vfl + fluid)
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
         al, ar = self.sound((hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr), auxl[0], auxr[0])
+        step = face_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
         solid = jump[1] - (hsr * vsr * vsr - hsl * vsl * vsl)
         fluid = jump[3] - (hfr * vfr * vfr - hfl * vfl * vfl)
-        (s1, s2, s3), s_speeds = mass_and_momentum(hsl, vsl, hsr, vsr, solid, al, ar, jump[:2])
-        (f1, f2, f3), f_speeds = mass_and_momentum(hfl, vfl, hfr, vfr, fluid, al, ar, jump[2:])
+        (s1, s2, s3), s_speeds, _ = mass_and_momentum(hsl, vsl, hsr, vsr, solid, al, ar, step, self.g, jump[:2])
+        (f1, f2, f3), f_speeds, _ = mass_and_momentum(hfl, vfl, hfr, vfr, fluid, al, ar, step, self.g, jump[2:])
         none = (0.0, 0.0)
         return (s1 + none, s2 + none, s3 + none, none + f1, none + f2, none + f3), s_speeds + f_speeds
 
@@ -202,8 +207,7 @@ class TwoMasses(Model, ABC):
 def layer_sound(left, right, bl, br, g):
     """Return sqrt(g h) of both sides, (hs, vs, hf, vf) each, raised at emerged steps of the bottom: see `sound_speeds`."""
     hl, hr = left[0] + left[2], right[0] + right[2]
-    db, excess = bed_step(hl, hr, bl, br)
-    return sound_speeds(hl, hr, db, excess, g)
+    return sound_speeds(hl, hr, face_step(hl, hr, bl, br), g)
 
 
 def pressure_rows(state, v, coupled):
