@@ -70,6 +70,7 @@ class Step(NamedTuple):
     raised : share |e|/(|e| + h_up) of the potential head over the step that the upper side alone bears.
     steep : share of the change of velocity over the face that the step explains: 0 on a level bottom and at shores, else
         min(1, 2 |db|/|dh|).
+    bare : max(0, 1 - h_up/h_low): 1 where the upper side is dry, 0 where it is as deep as the lower one.
     """
 
     db: Any
@@ -77,6 +78,7 @@ class Step(NamedTuple):
     inverse: Any
     raised: Any
     steep: Any
+    bare: Any
 
 
 def face_step(hl, hr, bl, br):
@@ -85,8 +87,9 @@ def face_step(hl, hr, bl, br):
     above, below = upper(db, hl, hr), upper(db, hr, hl)
     size = np.abs(excess)
     inverse = 1.0 / (size + above + TINY)
-    steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * above / (below + TINY))
-    return Step(db, excess, inverse, size * inverse, where(db == 0.0, 0.0, steep))
+    covered = above / (below + TINY)
+    steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * covered)
+    return Step(db, excess, inverse, size * inverse, where(db == 0.0, 0.0, steep), maximum(0.0, 1.0 - covered))
 
 
 def kinetic_head(step, ml, vl, mr, vr):
@@ -112,13 +115,13 @@ def wall_share(step, vl, vr, g):
 
     With k = v^2/2g, 1 towards the step where k lies below about a tenth of its excess e, and 0 from e/8 on: what has the
     energy to climb climbs, and smooth slopes are no walls to a wave that runs up them. Away from the step 1 - 10 k/e. Both
-    fade where the upper side is as deep as e.
+    fade where the upper side is as deep as the lower one: water that comes down a step runs on.
     """
     v, size = upper(step.db, vr, vl), np.abs(step.excess)
     k = 0.5 / g * v * v
     towards = np.sign(step.db) * v > 0.0
     share = where(towards, minimum(1.0, CLOSING * (size - 8.0 * k) * step.inverse), (size - 10.0 * k) * step.inverse)
-    return where(size > 0.0, maximum(share, 0.0), 0.0), towards
+    return where(size > 0.0, step.bare * maximum(share, 0.0), 0.0), towards
 
 
 def wall_push(step, ml, vl, mr, vr, hl, hr, al, ar, g):

@@ -38,7 +38,7 @@ class HLL(RiemannSolver):
         gap = s2 - s1
         opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
         share = s1 / where(opened, gap, 1.0)
-        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump, s1, s2)
+        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
         first = combine(where(opened, share * s2, 0.0), difference, where(opened, -share, 0.5), moved)
         first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, opened))
         return (first, subtract(jump, first)), (s1, s2)

@@ -23,7 +23,7 @@ class Rusanov(RiemannSolver):
         lowr, highr = model.wave_speeds(qr)
         s1, s2 = minimum(lowl, lowr), maximum(highl, highr)
         s = maximum(np.abs(s1), np.abs(s2))
-        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump, s1, s2)
+        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
         first = combine(0.5, moved, -0.5 * s, difference)
         first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, (s1 < 0.0) & (s2 > 0.0)))
         return (first, subtract(jump, first)), (-s, s)

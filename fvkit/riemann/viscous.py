@@ -1,26 +1,20 @@
 """The part of a jump that a viscosity explains, and the rest of it: what HLL and Rusanov share over a bottom and with sources.
 
 A viscosity must not act on a flow in balance: not on still water, whose depths differ over a bottom, nor on a flow that runs
-down a slope, whose surface does, nor on what friction holds. So it acts on D, the smaller one of both differences,
+down a slope, whose surface does. So it acts on D, the smaller one of both differences,
 
     D_mass = 0 where d(q) and the balanced difference have different signs, else the smaller one of both,
     D_momentum = d(m v) + v^ (D_mass - d(q)_mass),   v^ = (F_l + F_r)/(q_l + q_r),
 
-where mass that is left out takes its momentum with it, and of each phase on no more than the jump J bears out: on the share
-min(1, |J|/|A^ D|) in the row of its momentum. D explains A^ D of J; the rest, K = J - A^ D, is split by the straight line through
-the signs of both bounds of the speeds, (s2 - A^) K/(s2 - s1) of it to the left. On a flat bottom without sources K = 0. Derived
-here.
+where mass that is left out takes its momentum with it. D explains A^ D of the jump J; the rest, K = J - A^ D, is split by the
+straight line through the signs of both bounds of the speeds, (s2 - A^) K/(s2 - s1) of it to the left. On a flat bottom without
+sources K = 0. Derived here.
 """
 
-import numpy as np
-
-from fvkit.pointwise import TINY, combine, least, maximum, minimum, scale, subtract, where
-
-#: Share of the push of D below which J bears nothing out; where A^ D itself is smaller, at a standing jump, all of D stays.
-NOTHING = 0.01
+from fvkit.pointwise import TINY, combine, least, scale, subtract, where
 
 
-def explained(model, ql, qr, auxl, auxr, jump, s1, s2):
+def explained(model, ql, qr, auxl, auxr, jump):
     """Return D, A^ D, and K, None where the jump is a flux difference: D explains all of it."""
     change = subtract(qr, ql)
     if not model.defines("jump"):
@@ -32,16 +26,6 @@ def explained(model, ql, qr, auxl, auxr, jump, s1, s2):
         v = (fluxl[row] + fluxr[row]) / (ql[row] + qr[row] + TINY)
         result[momentum] = change[momentum] + v * (result[row] - change[row])
     moved = model.matrix_product(ql, qr, auxl, auxr, tuple(result))
-    for masses, momentum in model.phases:
-        floor = NOTHING * (0.25 * (s2 - s1) * (s2 - s1)) * np.abs(result[masses[-1]])
-        share = (np.abs(jump[momentum]) + floor) / (np.abs(moved[momentum]) + floor + TINY)
-        share = minimum(1.0, maximum(0.0, (share - 2.0 * NOTHING) * (1.0 / (1.0 - 2.0 * NOTHING))))
-        for k in (*masses, momentum):
-            result[k] = share * result[k]
-    if len(model.phases) == 1:
-        moved = scale(share, moved)
-    elif model.phases:
-        moved = model.matrix_product(ql, qr, auxl, auxr, tuple(result))
     return tuple(result), moved, subtract(jump, moved)
 
 

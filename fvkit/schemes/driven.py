@@ -82,6 +82,28 @@ def on_face(model, ql, qr, auxl, auxr):
     return tuple(result), speeds
 
 
+class Restrained:
+    """A model whose balanced difference leaves out what friction holds back at a face, since that too is equilibrium.
+
+    A viscosity would else carry a depth away whose push friction has taken.
+    """
+
+    def __init__(self, model, whole, net):
+        self._model, self._whole, self._net = model, whole, net
+
+    def __getattr__(self, name):
+        return getattr(self._model, name)
+
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        """Return the balanced difference of the model, of each phase as much as sources leave of its push."""
+        result = list(self._model.balanced_difference(ql, qr, auxl, auxr))
+        for masses, momentum in self._model.phases:
+            left = minimum(1.0, np.abs(self._net[momentum]) / (np.abs(self._whole[momentum]) + TINY))
+            for row in masses:
+                result[row] = left * result[row]
+        return tuple(result)
+
+
 def without_held(model, whole, jump, waves):
     """Return the waves without the rows of a phase that sources hold at this face: neither viscosity nor the waves of another
     phase then move it."""

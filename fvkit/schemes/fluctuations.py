@@ -7,7 +7,7 @@ right. Both cells then see the same number, so that masses are conserved, and st
 import numpy as np
 
 from fvkit.pointwise import combine, maximum, subtract, weighted
-from fvkit.schemes.driven import for_cells, jumps, without_held
+from fvkit.schemes.driven import Restrained, for_cells, jumps, without_held
 
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
@@ -16,7 +16,9 @@ def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
     The masses that bear the push are those ``later``, a share of the step.
     """
     whole, net, bearing = jumps(parts, ratio, ql, qr, auxl, auxr)
-    waves, speeds = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, net)
+    held = not all(source.between_phases for source in parts.joint)
+    model = Restrained(parts.model, whole, net) if held else parts.model
+    waves, speeds = parts.riemann.solve(model, ql, qr, auxl, auxr, net)
     if net is not whole:
         waves = without_held(parts.model, whole, net, waves)
     fastest = np.abs(speeds[0])
