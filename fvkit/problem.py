@@ -27,6 +27,8 @@ def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
     if (left.reads == "opposite") != (right.reads == "opposite"):
         raise ValueError(f"`boundary`: a periodic boundary needs both sides, got {type(left).__name__} and "
                          f"{type(right).__name__}")
+    if left.reads == "opposite" and left != right:
+        raise ValueError(f"`boundary`: a periodic boundary is the same on both sides, got {left} and {right}")
     return left, right
 
 
