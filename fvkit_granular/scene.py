@@ -13,6 +13,7 @@ from fvkit.quadrature import cell_averages, levelled
 from fvkit.solution import Solution
 from fvkit_granular.shaped_flow import ShapedFlow
 from fvkit_granular.shapes import Step
+from fvkit_granular.slope import warn_of_steep_ground
 from fvkit_granular.states import over, over_ground, whole_flow
 
 #: The only kinds of reference.
@@ -197,12 +198,17 @@ class Scene:
         return _validate.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
 
     def problem(self, model: Any, cells: int) -> Problem:
-        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells."""
+        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells.
+
+        Warns (`SteepSlopeWarning`) where the flow may reach ground steeper than 15 degrees, see `fvkit_granular.slope`.
+        """
         chosen = self.model(model)
         sources = tuple(source for source in self.given_sources()
                         if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
-        return Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial, self.height), self.t_end,
-                       aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+        result = Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial, self.height), self.t_end,
+                         aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+        warn_of_steep_ground(result, self.g)
+        return result
 
     def flow(self, x: np.ndarray) -> dict[str, Any]:
         """Return the initial {h, phi, vs, vf} at points x (m,), also where it is given by its surface."""
