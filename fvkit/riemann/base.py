@@ -23,13 +23,15 @@ class RiemannSolver(Part, ABC):
     5. ``positive = True`` says that masses stay non-negative for any data; else the scheme falls back to the model's
        ``relaxation``, where it defines one, at faces next to dry ground.
     6. ``compilable = False`` says that it needs whole arrays: it runs on the NumPy backend, and its code is not checked.
-    7. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    7. ``bounds = True`` says that its speeds are bounds from `fvkit.answers.face_speeds`: they must hold for all states between.
+    8. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
     """
 
     needs: ClassVar[tuple[str, ...]] = ()
     eigenvectors: ClassVar[bool] = False
     positive: ClassVar[bool] = False
     compilable: ClassVar[bool] = True
+    bounds: ClassVar[bool] = False
 
     @abstractmethod
     def solve(self, model, ql, qr, auxl, auxr, jump):

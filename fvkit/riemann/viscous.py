@@ -14,6 +14,7 @@ here.
 
 import numpy as np
 
+from fvkit.answers import mass_flux
 from fvkit.pointwise import TINY, combine, least, maximum, minimum, scale, subtract, where
 
 #: Share of the push of D below which J bears nothing out; where A^ D itself is smaller, at a standing jump, all of D stays.
@@ -26,7 +27,7 @@ def explained(model, ql, qr, auxl, auxr, jump, s1, s2):
     if not model.defines("jump"):
         return change, jump, None
     result = list(least(change, model.balanced_difference(ql, qr, auxl, auxr)))
-    fluxl, fluxr = model.flux(ql), model.flux(qr)
+    fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
     for masses, momentum in model.phases:
         row = masses[-1]
         v = (fluxl[row] + fluxr[row]) / (ql[row] + qr[row] + TINY)
