@@ -6,7 +6,7 @@ from typing import ClassVar
 import attrs
 
 from fvkit.model import Model
-from fvkit.part import Part
+from fvkit.part import Part, default
 
 
 @attrs.frozen
@@ -36,6 +36,12 @@ class RiemannSolver(Part, ABC):
     @abstractmethod
     def solve(self, model, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of the face whose total fluctuation is ``jump``."""
+
+    @default
+    def total(self, ql, qr, auxl, auxr):
+        """Return what the solver's own waves add up to, for one that finds them without the model's jump. Asked only where
+        defined: of a model whose flux is another the run is first order, and says so."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `total`: its waves add up to the jump of the model")
 
     @classmethod
     def serves(cls, model: Model | type[Model]) -> bool:

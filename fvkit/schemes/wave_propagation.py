@@ -91,6 +91,13 @@ class WavePropagation(Scheme):
         return 1.0 + 1e-12
 
     @property
+    def wants_cross(self) -> bool:
+        return self.order == 2 and self.cross_term
+
+    def at_first_order(self) -> Scheme:
+        return attrs.evolve(self, order=1)
+
+    @property
     def limiting(self) -> tuple[Limiter, ...]:
         return self.limiter
 
