@@ -20,15 +20,16 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
     name = type(problem.model).__name__
     if says_nothing_of_the_matrix(problem, parts):
         given, chosen = chosen, chosen.at_first_order()
-        warnings.warn(f"{name} says nothing of the matrix of {type(parts.riemann).__name__}: its flux is not what the waves add up to. "
-                      f"The run goes by the waves alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
+        warnings.warn(f"{name} says nothing of the matrix of {type(parts.riemann).__name__}: its flux is not what the waves add "
+                      f"up to. The run goes by the waves alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
                       "`flux(q, aux)` of the same equations, or `jump` and `matrix_product` where they have no flux",
                       RuntimeWarning, stacklevel=4)
     if chosen.wants_cross and _lacks_cross(problem):
-        warnings.warn(f"{name} defines a `jump` with products or sources that change with q, and no `cross`: {type(chosen).__name__} "
-                      "of order 2 is first order where they act. Define `cross(ql, qr, auxl, auxr)`, the Lax-Wendroff term A'(G) dq - "
-                      "A'(dq) G - S'(G) db - A_a da G, and with a linearisation of your own `matrix_product`, the matrix A times v "
-                      "(fv.Model); or take order=1, or fv.MethodOfLines, which needs neither", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"{name} defines a `jump` with products or sources that change with q, and no `cross`: "
+                      f"{type(chosen).__name__} of order 2 is first order where they act. Define `cross(ql, qr, auxl, auxr)`, "
+                      "the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G, and with a linearisation of your own "
+                      "`matrix_product`, the matrix A times v (fv.Model); or take order=1, or fv.MethodOfLines, which needs none",
+                      RuntimeWarning, stacklevel=4)
     if parts.riemann.bounds and len(problem.q0) > 1 and not answers.looks_between(problem.model):
         _check_bounds(problem, parts)
     return chosen
@@ -97,7 +98,8 @@ def _check_bounds(problem: Problem, parts: Parts) -> None:
     wrong = np.flatnonzero(most > BEYOND * ends + np.finfo(float).tiny)
     if wrong.size:
         face = int(wrong[np.argmax(most[wrong] - ends[wrong])])
-        warnings.warn(f"{type(model).__name__}: speeds of states between those of both sides of a face reach {most[face]:.6g}, of both "
-                      f"sides {ends[face]:.6g} at most (x = {problem.grid.edges[face + 1]:.6g}): {type(parts.riemann).__name__} takes "
-                      "those of both sides as bounds, and may be unstable. Define `speeds_between(ql, qr)`, bounds over all states "
-                      "between (fv.Model, point 7)", RuntimeWarning, stacklevel=5)
+        warnings.warn(f"{type(model).__name__}: speeds of states between those of both sides of a face reach {most[face]:.6g}, "
+                      f"of both sides {ends[face]:.6g} at most (x = {problem.grid.edges[face + 1]:.6g}): "
+                      f"{type(parts.riemann).__name__} takes those of both sides as bounds, and may be unstable. Define "
+                      "`speeds_between(ql, qr)`, bounds over all states between (fv.Model, point 7)",
+                      RuntimeWarning, stacklevel=5)
