@@ -129,7 +129,10 @@ class Model(Part, ABC):
         ``v`` is an increment of the state (a scheme passes dt/dx times a fluctuation).
         """
         mean, aux = combine(0.5, ql, 0.5, qr), combine(0.5, auxl, 0.5, auxr)
-        return self.jump(combine(1.0, mean, -0.5, v), combine(1.0, mean, 0.5, v), aux, aux)
+        if self.defines("jump"):
+            return self.jump(combine(1.0, mean, -0.5, v), combine(1.0, mean, 0.5, v), aux, aux)
+        after = answers.flux(self, combine(1.0, mean, 0.5, v), aux)
+        return subtract(after, answers.flux(self, combine(1.0, mean, -0.5, v), aux))
 
     @default
     def cross(self, ql, qr, auxl, auxr):

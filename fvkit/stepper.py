@@ -10,7 +10,7 @@ import numpy as np
 
 from fvkit import _validate, answers
 from fvkit.assembly import assemble, parts_of
-from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, make_kernel
+from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, backend_for, make_kernel
 from fvkit.model import aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes import Scheme
@@ -58,6 +58,8 @@ class Stepper:
         _validate.choice(backend, "backend", BACKENDS)
         self.nonhyperbolic = _validate.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
         self.problem, self.threads = problem, _validate.whole(threads, "threads", at_least=1)
+        if isinstance(scheme, Scheme):
+            backend_for(scheme.riemann, backend)
         self.scheme, parts = assemble(problem, scheme)
         self._asked = parts.model
         self.length = StepLength() if length is None else _validate.instance(length, "length", StepLength)
