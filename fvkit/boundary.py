@@ -79,7 +79,7 @@ class Outflow(BoundaryCondition):
 
 
 def _drop(value: Any) -> Any:
-    if isinstance(value, Mapping):
+    if isinstance(value, Mapping) and value:
         return {name: _validate.real(number, f"drop[{name!r}]") for name, number in value.items()}
     return None if value is None else _validate.real(value, "drop", hint="a number, or {name of an aux function: number}")
 
