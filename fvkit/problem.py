@@ -232,4 +232,4 @@ def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:
         for row in model.mass_rows():
             if not np.array_equal(here[row], elsewhere[row], equal_nan=True):
                 raise ValueError(f"`flux` of {type(model).__name__}: the flux of the mass {model.conserved[row]} must depend on q "
-                                 "alone, got one that changes with aux; conserve another mass, or leave `phases` out")
+                                 "alone, got one that changes with aux: conserve another, or leave `phases` out")
