@@ -231,5 +231,5 @@ def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:
         here, elsewhere = (answers.flux(model, moving, tuple([factor * row + factor for row in aux])) for factor in (1.0, 3.0))
         for row in model.mass_rows():
             if not np.array_equal(here[row], elsewhere[row], equal_nan=True):
-                raise ValueError(f"`flux` of {type(model).__name__}: the flux of the mass {model.conserved[row]} must depend on q "
-                                 "alone, got one that changes with aux: conserve another, or leave `phases` out")
+                raise ValueError(f"`flux` of {type(model).__name__}: the flux of the mass {model.conserved[row]} must depend on "
+                                 "q alone, got one that changes with aux: conserve another, or leave `phases` out")
