@@ -2,18 +2,43 @@
 
 import numpy as np
 
-from fvkit import _validate, contract
+from fvkit import _validate, answers, contract
+from fvkit.cautions import cautioned, says_nothing_of_the_matrix
+from fvkit.deviation import adding_up, scanning
 from fvkit.problem import Problem
 from fvkit.schemes import Parts, Scheme, WavePropagation
+
+#: Times at which ends that depend on time are asked for the values that come in.
+TIMES = 9
 
 
 def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
     """Return the scheme, the default where None, and its parts, checked against the problem."""
     _validate.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else _validate.instance(scheme, "scheme", Scheme)
-    parts = chosen.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
+    parts = parts_of(problem, chosen)
     check_parts(problem, parts)
+    chosen = cautioned(problem, chosen, parts)
     return chosen, parts if problem.background is None else chosen.around(parts)
+
+
+def parts_of(problem: Problem, scheme: Scheme) -> Parts:
+    """Return the parts of a scheme for a problem: a scalar law that is not convex around its initial state scans its speeds."""
+    parts = scheme.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
+    if not problem.model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
+        return parts._replace(model=adding_up(parts.model, parts.riemann.total))
+    scalar = len(problem.q0) == 1 and not answers.looks_between(problem.model)
+    if scalar and not answers.monotone(problem.model, _values(problem), problem.sample()[1]):
+        return parts._replace(model=scanning(parts.model))
+    return parts
+
+
+def _values(problem: Problem) -> np.ndarray:
+    """Values of a scalar law that a run meets: those of the start, and those outside of both ends at some times."""
+    model, times = problem.model, np.linspace(problem.t_start, problem.t_end, TIMES)
+    outside = [side.ghost(model, (problem.q0[0, cell],), side.values(model, t))[0]
+               for side, cell in zip(problem.ends, (0, -1), strict=True) for t in times[:1 if side.steady else None].tolist()]
+    return np.concatenate([problem.q0[0], np.asarray(outside, dtype=float)])
 
 
 def default_scheme(problem: Problem) -> Scheme:

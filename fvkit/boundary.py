@@ -1,5 +1,6 @@
 """Boundary conditions: what a ghost cell holds."""
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
@@ -12,6 +13,7 @@ from fvkit.grid import Grid
 from fvkit.model import Model
 from fvkit.part import Part, default
 from fvkit.pointwise import multiply
+from fvkit.slopes import resolved_steps
 
 
 @attrs.frozen
@@ -76,14 +78,72 @@ class Outflow(BoundaryCondition):
         return q
 
 
+def _drop(value: Any) -> Any:
+    if isinstance(value, Mapping) and value:
+        return {name: _validate.real(number, f"drop[{name!r}]") for name, number in value.items()}
+    return None if value is None else _validate.real(value, "drop", hint="a number, or {name of an aux function: number}")
+
+
 @attrs.frozen
 class Periodic(BoundaryCondition):
-    """The domain closes on itself. Give it on both sides."""
+    """The domain closes on itself, for ever: give it on both sides.
+
+    Parameters
+    ----------
+    drop : what the aux functions fall by over the length of the domain, so that a slope goes on for ever: {"b": 2.0}, or a
+        number for a model with one aux function. They go on lower by it beyond the upper end, and higher beyond the lower one;
+        the flow is the same. None where they close on themselves: a cliff at the seam that slopes next to it do not explain
+        then makes a warning, and 0.0 says that it is meant.
+    """
 
     reads: ClassVar[str] = "opposite"
 
+    # No floats, which would be parameters of pointwise code: only plain Python reads them.
+    drop: Any = attrs.field(default=None, converter=_drop, hash=False)
+    fall: Any = attrs.field(default=(), init=False, repr=False, eq=False)
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Periodic":
+        drops = self._drops(model)
+        result = attrs.evolve(self)
+        object.__setattr__(result, "fall", tuple((-1.0 if left else 1.0) * drops.get(name, 0.0) for name in model.aux))
+        for name in model.aux if left else ():
+            if drops.get(name) != 0.0:
+                _warn_of_cliff(name, aux[name], drops.get(name, 0.0))
+        return result
+
+    def _drops(self, model: Model) -> dict[str, float]:
+        if self.drop is None:
+            return {}
+        if isinstance(self.drop, Mapping):
+            return {_validate.choice(name, "drop", model.aux): number for name, number in self.drop.items()}
+        if len(model.aux) != 1:
+            raise ValueError(f"`drop` of Periodic must say which aux function of {type(model).__name__} falls, {{name: number}}; "
+                             f"it has {', '.join(model.aux) or 'none'}, got {self.drop:g}")
+        return {model.aux[0]: self.drop}
+
+    def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        return aux - np.array(self.fall).reshape(-1, 1)
+
     def ghost(self, model, q, values):
         return q
+
+
+#: The step at a seam is a cliff where none of so many neighbours on each side reaches its size over this factor.
+NEIGHBOURS, CLIFF = 3, 3.0
+
+
+def _warn_of_cliff(name: str, values: np.ndarray, drop: float) -> None:
+    """Warn where an aux function has a cliff at the seam that makes up for slopes inside: for a fall that goes on, as a rule."""
+    steps, seam = np.diff(values), values[0] - drop - values[-1]
+    near = min(NEIGHBOURS, len(steps) // 2)
+    around = np.abs([*steps[:near], *steps[-near:]]).max() if near else np.inf
+    cliff = abs(seam) > CLIFF * around + 1e-12 * np.abs(values).max()
+    if cliff and abs(resolved_steps(values).sum() + values[0] - values[-1]) < 0.5 * abs(seam):
+        fall = values[0] - values[-1] - 0.5 * (steps[0] + steps[-1])
+        warnings.warn(f"Periodic: `{name}` has a cliff of {abs(seam):.6g} at the seam, from {values[-1]:.6g} in the last cell to "
+                      f"{values[0] - drop:.6g} in the first, where cells next to it differ by {around:.3g} at most. A slope that "
+                      f"goes on for ever is fv.Periodic(drop={{{name!r}: {fall:.6g}}}); drop=0.0 says the cliff is meant",
+                      UserWarning, stacklevel=2)
 
 
 @attrs.frozen

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import pointwise
 from fvkit.part import Part
 
 _BUILDERS = ("LIST_APPEND", "SET_ADD", "MAP_ADD", "YIELD_VALUE")

@@ -1,9 +1,10 @@
-"""A model seen from a known steady flow: its jumps and differences are those beyond the flow's own.
+"""Models as schemes see them. From a known steady flow: jumps and differences are those beyond the flow's own.
 
 A scheme that works face by face keeps a state where all of these vanish. So it keeps the flow, whatever its own error there,
 and resolves what is added to it. Derived here.
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -16,11 +17,43 @@ def deviation(model: Model) -> Model:
 
     These averages are further aux values, behind those of the model.
     """
-    kind = _seen_from_flow(type(model))
-    result = object.__new__(kind)
+    return _as(_seen_from_flow(type(model)), model)
+
+
+def scanning(model: Model) -> Model:
+    """Return a scalar model of whose speeds those between the states of a face are looked at as well."""
+    return _as(_scanning(type(model)), model)
+
+
+def adding_up(model: Model, total: Callable[..., Any]) -> Model:
+    """Return a model whose jump is what a Riemann solver with waves of its own finds, ``total(ql, qr, auxl, auxr)``."""
+    class AddingUp(type(model)):  # type: ignore[misc]
+        """See `adding_up`."""
+
+        def jump(self, ql, qr, auxl, auxr):
+            return total(ql, qr, auxl, auxr)
+
+    AddingUp.__name__, AddingUp.__qualname__ = type(model).__name__, type(model).__qualname__
+    return _as(AddingUp, model)
+
+
+def _as(kind: type[Model], model: Model) -> Model:
+    """Return a model with the same fields, of another class."""
+    result: Model = object.__new__(kind)
     for name in (field.name for field in type(model).__attrs_attrs__):
         object.__setattr__(result, name, getattr(model, name))
     return result
+
+
+@lru_cache(maxsize=64)
+def _scanning(kind: type[Model]) -> type[Model]:
+    class Scanning(kind):  # type: ignore[misc, valid-type]
+        """See `scanning`."""
+
+        scans = True
+
+    Scanning.__name__, Scanning.__qualname__ = kind.__name__, kind.__qualname__
+    return Scanning
 
 
 @lru_cache(maxsize=64)

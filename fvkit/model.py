@@ -1,5 +1,6 @@
 """`Model`: a hyperbolic system as a set of questions that solvers, boundaries and schemes ask."""
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import attrs
 import numpy as np
 
+from fvkit import answers
 from fvkit.part import Part, default
 from fvkit.pointwise import combine, subtract
 
@@ -20,7 +22,9 @@ class Model(Part, ABC):
     """Abstract system q_t + f(q)_x + B(q) q_x = S(q, x). Contract:
 
     1. ``conserved`` names the components of q, in order. ``aux`` names the given functions of x it needs.
-    2. ``flux(q)`` and ``wave_speeds(q)`` are required; every other question has a default.
+    2. ``flux(q)`` and ``wave_speeds(q)`` are required; every other question has a default. Where the law depends on x they are
+       ``flux(q, aux)`` and ``wave_speeds(q, aux)``: each side of a face has the aux values of its own cell. Core and solvers ask
+       through `fvkit.answers`, which serves both.
     3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
        arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``; ``self`` gives float fields and pointwise methods.
     4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
@@ -29,7 +33,10 @@ class Model(Part, ABC):
     5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
        fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
     6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
-    7. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
+    7. A solver bounds the speeds of *all* states between both sides of a face. Those of both sides do where every speed is
+       monotone between two states, as in convex laws; else define ``speeds_between(ql, qr)``. Of a scalar law without it some
+       states between are looked at where speeds are not monotone around the initial state; a system is warned of.
+    8. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
        such as {"u": ("m s-1", "velocity")}; names that are missing go without a unit.
 
     Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
@@ -39,6 +46,10 @@ class Model(Part, ABC):
     aux: ClassVar[tuple[str, ...]] = ()
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = ()
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
+    #: Whether speeds between two states are looked at: of a scalar law whose speeds are not monotone, see `fvkit.assembly`.
+    scans: ClassVar[bool] = False
+    #: Which of the methods that may take aux values do; decided when the class is made.
+    takes_aux: ClassVar[frozenset[str]] = frozenset()
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -47,20 +58,30 @@ class Model(Part, ABC):
             if not isinstance(given, tuple) or not all(isinstance(item, str) for item in given):
                 raise TypeError(f"`{name}` of {cls.__name__} must be a tuple of names such as ('h', 'h v'), got {given!r}"
                                 + (f": write ({given!r},)" if isinstance(given, str) else ""))
+        cls.takes_aux = frozenset(name for name, states in _MAY_TAKE_AUX.items() if _takes_aux(cls, name, states))
         _check_phases(cls)
 
     @abstractmethod
     def flux(self, q):
-        """Return f(q), one component per equation."""
+        """Return f(q), one component per equation; f(q, aux) of a method ``flux(self, q, aux)``."""
 
     @abstractmethod
     def wave_speeds(self, q):
-        """Return two bounds (smallest, largest) of the characteristic speeds at q, m/s."""
+        """Return two bounds (smallest, largest) of the characteristic speeds at q, m/s; also ``wave_speeds(self, q, aux)``."""
+
+    @default
+    def speeds_between(self, ql, qr):
+        """Return two bounds of the characteristic speeds of all states between ql and qr, m/s; also with ``auxl, auxr``.
+
+        Needed where a speed is not monotone between two states: fluxes that are not convex, such as that of Buckley and Leverett,
+        whose speed is 0 at 0 and at 1. Also where the speeds of a model with flux(q, aux) depend on more than both sides.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `speeds_between`: those of both sides are taken")
 
     @default
     def jump(self, ql, qr, auxl, auxr):
         """Return the total fluctuation of a face: by default the flux difference."""
-        return subtract(self.flux(qr), self.flux(ql))
+        return subtract(answers.flux(self, qr, auxr), answers.flux(self, ql, auxl))
 
     @default
     def balanced_difference(self, ql, qr, auxl, auxr):
@@ -103,18 +124,22 @@ class Model(Part, ABC):
 
     @default
     def matrix_product(self, ql, qr, auxl, auxr, v):
-        """Return the Roe-mean matrix times v; by default f(mean + v/2) - f(mean - v/2).
+        """Return the Roe-mean matrix times v; by default the jump from mean - v/2 to mean + v/2 over the mean aux values.
 
         ``v`` is an increment of the state (a scheme passes dt/dx times a fluctuation).
         """
-        mean = combine(0.5, ql, 0.5, qr)
-        return subtract(self.flux(combine(1.0, mean, 0.5, v)), self.flux(combine(1.0, mean, -0.5, v)))
+        mean, aux = combine(0.5, ql, 0.5, qr), combine(0.5, auxl, 0.5, auxr)
+        if self.defines("jump"):
+            return self.jump(combine(1.0, mean, -0.5, v), combine(1.0, mean, 0.5, v), aux, aux)
+        after = answers.flux(self, combine(1.0, mean, 0.5, v), aux)
+        return subtract(after, answers.flux(self, combine(1.0, mean, -0.5, v), aux))
 
     @default
     def cross(self, ql, qr, auxl, auxr):
-        """Return the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db of nonconservative products and bottom.
+        """Return the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G of nonconservative products and bottom.
 
-        G is the part of the jump that moves q. Zero by default: conservation laws have none.
+        G is the jump, S db the source that it contains, a the aux values on which A depends in a model without a flux: the colour
+        equation q_t + u(x) q_x = 0 has -du G. Zero by default: conservation laws have none, flux(q, aux) neither.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `cross`: the scheme skips it")
 
@@ -187,6 +212,26 @@ class Model(Part, ABC):
     def mass_rows(cls) -> tuple[int, ...]:
         """Rows of q that are masses."""
         return tuple(row for masses, _ in cls.phases for row in masses)
+
+
+#: How many states the methods take that may take aux values behind them.
+_MAY_TAKE_AUX = {"flux": 1, "wave_speeds": 1, "speeds_between": 2}
+
+
+def _takes_aux(kind: type[Model], name: str, states: int) -> bool:
+    """Whether a method takes the aux values of each state, or raise where it takes neither them nor states alone."""
+    try:
+        given = list(inspect.signature(getattr(kind, name)).parameters.values())[1:]
+    except (TypeError, ValueError):  # no function at all: the contract check says so
+        return False
+    if any(one.kind is not one.POSITIONAL_OR_KEYWORD for one in given):
+        return False
+    needed = sum(one.default is one.empty for one in given)
+    if needed not in (states, 2 * states):
+        alone, with_aux = ("ql, qr", "ql, qr, auxl, auxr") if states == 2 else ("q", "q, aux")
+        raise TypeError(f"`{name}` of {kind.__name__} must be {name}(self, {alone}), or {name}(self, {with_aux}) where it "
+                        f"depends on x, got {name}({', '.join(['self', *(one.name for one in given)])})")
+    return needed == 2 * states
 
 
 def _check_phases(kind: type[Model]) -> None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fvkit import _validate
+from fvkit.answers import wave_speeds
+from fvkit.model import aux_rows
 from fvkit.plot import COLORS, new_axes, plot_state
 
 if TYPE_CHECKING:
@@ -77,7 +79,8 @@ def speeds(solution: "Solution", ax: "Axes | None" = None, i: int = -1) -> "Axes
         values = np.full((q.shape[0], q.shape[1]), np.nan, dtype=complex)
         values[:, present] = solution.model.eigenvalues(q[:, present])
     else:
-        values[:] = [np.broadcast_to(bound, q.shape[1]) for bound in solution.model.wave_speeds(tuple(q))]
+        bounds = wave_speeds(solution.model, tuple(q), aux_rows(solution.model, solution.aux))
+        values[:] = [np.broadcast_to(bound, q.shape[1]) for bound in bounds]
     lost = np.abs(values.imag) > 0.0
     for k, row in enumerate(values):
         target.plot(x, np.where(lost[k], np.nan, row.real), color=COLORS[k % len(COLORS)], label=f"speed {k + 1}")

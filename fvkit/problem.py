@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import _validate, contract, memory
+from fvkit import _validate, answers, contract, memory
 from fvkit.boundary import BoundaryCondition, Outflow
 from fvkit.grid import Grid
 from fvkit.model import Model, aux_rows
@@ -27,6 +27,8 @@ def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
     if (left.reads == "opposite") != (right.reads == "opposite"):
         raise ValueError(f"`boundary`: a periodic boundary needs both sides, got {type(left).__name__} and "
                          f"{type(right).__name__}")
+    if left.reads == "opposite" and left != right:
+        raise ValueError(f"`boundary`: a periodic boundary is the same on both sides, got {left} and {right}")
     return left, right
 
 
@@ -189,8 +191,13 @@ class Problem:
         single = {"admissible": (q,), "hyperbolic_discriminant": face[:2], "may_lose_hyperbolicity": face[:2]}
         asked = [name for name in (*optional, *single) if model.defines(name)]
         contract.read(kind, ("flux", "wave_speeds", *asked))
-        contract.rehearse(model, "flux", (q,), rows, count)
-        contract.rehearse(model, "wave_speeds", (q,), 2, count)
+        for name, components in (("flux", rows), ("wave_speeds", 2)):
+            contract.rehearse(model, name, (q, aux) if name in model.takes_aux else (q,), components, count)
+        if model.defines("speeds_between"):
+            contract.read(kind, ("speeds_between",))
+            contract.rehearse(model, "speeds_between", face if "speeds_between" in model.takes_aux else face[:2], 2, count)
+        if "flux" in model.takes_aux:
+            _check_mass_flux(model, q, aux)
         for name, arguments in optional.items():
             if name in asked:
                 contract.rehearse(model, name, arguments, rows, count)
@@ -215,3 +222,14 @@ class Problem:
                 contract.read(type(source), ("driven",), kind)
                 contract.rehearse(source, "driven", (model, q, q, tuple(q[masses[-1]] for masses, _ in model.phases), aux, 0.0), rows, count)
             contract.rehearse(source, "rate", (model, q, aux), rows, count)
+
+
+def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:
+    """Refuse a flux of a mass that depends on aux values: faces ask it of the state alone."""
+    with np.errstate(all="ignore"):
+        moving = tuple([row + 0.5 for row in q])
+        here, elsewhere = (answers.flux(model, moving, tuple([factor * row + factor for row in aux])) for factor in (1.0, 3.0))
+        for row in model.mass_rows():
+            if not np.array_equal(here[row], elsewhere[row], equal_nan=True):
+                raise ValueError(f"`flux` of {type(model).__name__}: the flux of the mass {model.conserved[row]} must depend on "
+                                 "q alone, got one that changes with aux: conserve another, or leave `phases` out")

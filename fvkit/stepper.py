@@ -8,9 +8,10 @@ from typing import NoReturn
 
 import numpy as np
 
-from fvkit import _validate
-from fvkit.assembly import assemble
-from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, make_kernel
+from fvkit import _validate, answers
+from fvkit.assembly import assemble, parts_of
+from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, backend_for, make_kernel
+from fvkit.model import aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes import Scheme
 from fvkit.solution import Interrupted, SolveError, Stats, Status
@@ -57,7 +58,10 @@ class Stepper:
         _validate.choice(backend, "backend", BACKENDS)
         self.nonhyperbolic = _validate.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
         self.problem, self.threads = problem, _validate.whole(threads, "threads", at_least=1)
+        if isinstance(scheme, Scheme):
+            backend_for(scheme.riemann, backend)
         self.scheme, parts = assemble(problem, scheme)
+        self._asked = parts.model
         self.length = StepLength() if length is None else _validate.instance(length, "length", StepLength)
         self._start(make_kernel(backend, problem, self.scheme, parts, self.threads))
 
@@ -80,7 +84,11 @@ class Stepper:
                              "make a new Stepper")
         result = copy(self)
         result.problem = problem
-        parts = self.scheme.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
+        parts = parts_of(problem, self.scheme)
+        if type(parts.model) is not type(self._asked):
+            raise ValueError("`problem` must have a flux that is convex around its initial state if that of this stepper is, and "
+                             "else none: make a new Stepper")
+        result._asked = parts.model
         result._start(self._kernel.again(problem, parts))
         return result
 
@@ -128,15 +136,20 @@ class Stepper:
 
     def _first_dt(self) -> float:
         """From the speeds of the initial cells, so that the first step is as good as the others."""
-        q0, speed, model = self.problem.q0, 0.0, self.problem.model
+        q0, speed, model = self.problem.q0, 0.0, self._asked
+        aux = aux_rows(model, self.problem.aux_averages)
         with np.errstate(all="ignore"):
             for first in range(0, q0.shape[1], CHUNK):
-                low, high = model.wave_speeds(tuple(q0[:, first:first + CHUNK]))
+                q, given = tuple(q0[:, first:first + CHUNK]), tuple([row[first:first + CHUNK] for row in aux])
+                low, high = answers.wave_speeds(model, q, given)
                 here = float(np.max(np.maximum(np.abs(low), np.abs(high))))
                 if np.any(low - high > SWAPPED * here):
                     cell = first + int(np.argmax(np.broadcast_to(low - high, q0[0, first:first + CHUNK].shape)))
                     raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order: "
                                      f"the first is above the second in cell {cell} (x = {self.problem.grid.centers[cell]:.6g})")
+                if answers.looks_between(model):
+                    sides = [tuple([row[cut] for row in rows]) for rows in (q, given) for cut in (slice(-1), slice(1, None))]
+                    here = max(here, *(float(np.max(np.abs(bound), initial=0.0)) for bound in answers.face_speeds(model, *sides)))
                 speed = max(speed, here)
         return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
 
@@ -215,7 +228,8 @@ class Stepper:
     def _speeds(self) -> np.ndarray:
         """The speeds of the cells of the last accepted state, (2, num_cells)."""
         with np.errstate(all="ignore"):
-            bounds = self.problem.model.wave_speeds(tuple(self.q))
+            model = self.problem.model
+            bounds = answers.wave_speeds(model, tuple(self.q), aux_rows(model, self.problem.aux_averages))
         return np.array([np.broadcast_to(bound, self.q.shape[1:]) for bound in bounds])
 
     def _wrong_speed(self) -> tuple[Status, int, np.ndarray] | None:

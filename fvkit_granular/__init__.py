@@ -22,6 +22,7 @@ from fvkit_granular.scene_text import scene_text
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.shallow_water import ShallowWater
 from fvkit_granular.shaped_flow import ShapedFlow
+from fvkit_granular.slope import SteepSlopeWarning
 from fvkit_granular.steady import MovingEquilibrium, steady
 from fvkit_granular.two_layer import TwoLayer
 from fvkit_granular.two_phase import TwoPhase
@@ -32,9 +33,9 @@ if TYPE_CHECKING:
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference", "GivenFlow", "Hydrograph",
     "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Reduced", "Reference", "Relaxation", "Scene",
-    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "Stage", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag",
-    "Voellmy", "advise", "compare", "exact", "load_scene", "pictures", "scene", "scene_names", "scene_text", "scenes", "shapes",
-    "steady",
+    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "Stage", "SteepSlopeWarning", "TwoLayer", "TwoPhase",
+    "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "pictures", "scene", "scene_names",
+    "scene_text", "scenes", "shapes", "steady",
 ]
 
 

@@ -13,6 +13,7 @@ from fvkit_granular.inflow import Hydrograph
 from fvkit_granular.outflow import Stage
 from fvkit_granular.resolution import MOST, resolution
 from fvkit_granular.scene import Scene
+from fvkit_granular.slope import is_steep, sentence, within_reach
 
 #: Predictions are doubled before a cheaper model is recommended.
 SAFETY = 2.0
@@ -39,6 +40,7 @@ class Advice:
     grid_error : estimated error of that grid.
     seconds : expected run time, compiled, stepping only.
     jumps : whether the flow holds jumps, from the start or before the end.
+    slope : steepest slope of the bottom that the flow may reach; above 15 degrees it is among the warnings.
     warnings : why the advice may fail; empty on the ground on which it was validated.
     """
 
@@ -51,6 +53,7 @@ class Advice:
     grid_error: float
     seconds: float
     jumps: bool
+    slope: float
     warnings: tuple[str, ...]
 
     def text(self) -> str:
@@ -64,6 +67,8 @@ class Advice:
                  f"  predicted model error, doubled to decide: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e}",
                  f"  scheme: {self.scheme}, {self.cells} cells (estimated grid error {self.grid_error:.1e}, "
                  f"{'with jumps' if self.jumps else 'smooth'}), about {_duration(self.seconds)} compiled"]
+        if self.slope > 0.0 and not is_steep(self.slope):
+            lines.append(f"  {sentence(self.slope)}")
         return "\n".join(lines + [f"  caution: {warning}" for warning in self.warnings])
 
     def __str__(self) -> str:
@@ -107,10 +112,12 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     relaxed = numbers.dry_share > 0.0 or bool((np.minimum(state["phi"], 1.0 - state["phi"]) <= 0.0).any())
     solver = "Relaxation" if relaxed else "Roe"
     scheme = f"MethodOfLines({solver}, MP5)" if high else f"WavePropagation({solver}, MC), order 2"
+    speed = np.maximum(np.abs(state["vs"]), np.abs(state["vf"]))
+    slope = within_reach(state["b"], state["x"][1] - state["x"][0], state["h"], speed, scene.g, scene.sides())
     steps = scene.t_end * (numbers.froude + 1.0) * numbers.speed * cells / (0.9 * grid.interval)
     seconds = 1e-9 * NANOSECONDS[model][int(relaxed)] * (COSTLIER if high else 1.0) * cells * steps
     return Advice(scene.name, tol, numbers, model, scheme, cells, error, seconds, grid.jump > 0.0,
-                  _warnings(scene, numbers, error > 1.01 * tol))
+                  slope, _warnings(scene, numbers, slope, error > 1.01 * tol))
 
 
 def decide(reduced: float, shallow: float, tol: float) -> str:
@@ -120,11 +127,11 @@ def decide(reduced: float, shallow: float, tol: float) -> str:
     return "reduced" if SAFETY * reduced < tol else "two-phase"
 
 
-def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...]:
+def _warnings(scene: Scene, numbers: Indicators, slope: float, coarse: bool) -> tuple[str, ...]:
     """Return why the advice may fail for this scene."""
     sources, sides = scene.given_sources(), scene.sides()
     reached = numbers.speed * (1.0 + numbers.froude) * scene.t_end / (scene.interval[1] - scene.interval[0])
-    found = [
+    found: list[tuple[bool, str]] = [
         (numbers.slip > 0.8, "the slip comes near the range where speeds are complex and the problem is ill-posed"),
         (numbers.dry_share > 0.0 and numbers.phi_range > 0.3, "steep phi with dry ground: not validated"),
         (any(isinstance(source, BasalFriction) for source in sources),
@@ -137,6 +144,7 @@ def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...
         (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
         (any(isinstance(side, (Inflow, GivenFlow, Hydrograph, Stage)) for side in sides), "what the inflow brings is not in the "
          "prediction"),
+        (is_steep(slope), f"{sentence(slope)}, which no model and no grid removes"),
         (coarse, f"the tolerance needs more than {MOST} cells"),
     ]
     return tuple(text for holds, text in found if holds)

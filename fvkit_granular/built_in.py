@@ -105,7 +105,7 @@ def differences(one: Scene, other: Scene) -> list[str]:
 
 
 def _states(scene: Scene, x: np.ndarray) -> np.ndarray:
-    given = {"vs": 0.0, "vf": 0.0} | dict(scene.initial(x))
+    given = scene.flow(x)
     return np.array([np.broadcast_to(given[name], x.shape) for name in ("h", "phi", "vs", "vf")])
 
 
@@ -117,7 +117,6 @@ def height(scene: Scene, x: np.ndarray) -> np.ndarray:
     ValueError
         If it is given as cell averages, which belong to one grid.
     """
-    bottom = scene.bottom(x) if callable(scene.bottom) else scene.bottom
-    if not callable(scene.bottom) and np.ndim(bottom):
+    if not callable(scene.bottom) and np.ndim(scene.bottom):
         raise ValueError("a bottom given as cell averages belongs to one grid: give a function, a shape or a number")
-    return np.broadcast_to(np.asarray(bottom, dtype=float), np.shape(x))
+    return scene.height(x)

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -28,6 +29,7 @@ from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.scene_text import scene_text
 from fvkit_granular.scenes import scene, scene_names
 from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
+from fvkit_granular.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest
 from fvkit_granular.stress import command as stress_command
 
 #: What may stand on an axis of --plot-axes: columns of report.csv, of which some go on with a dot and a quantity.
@@ -126,7 +128,9 @@ def _run(options: argparse.Namespace) -> int:
         solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
         return _show(options.resume.stem, solution, None, options)
     chosen = find_scene(options.scene)
-    problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
+        problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
     (scheme,) = schemes_of(options)
     film = None if options.animate is None else checked_film(options.animate)
     times = _film_times(problem.t_end, chosen.times) if film is not None or "space-time" in options.plot else chosen.times
@@ -174,12 +178,21 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
           f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
     print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
           + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
+    slope = _slope(solution)
+    if slope > 0.0:
+        print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
     if reference is not None:
         found = deviations(solution, reference.averages(solution.model, grid, t_end))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: {', '.join(written)}")
     return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+
+
+def _slope(solution: Solution) -> float:
+    """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
+    h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
+    return steepest(solution.aux["b"], solution.grid.dx, deep(h).any(axis=0))
 
 
 def _draw(solution: Solution, kind: str, path: Path) -> None:

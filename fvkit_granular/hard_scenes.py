@@ -95,7 +95,7 @@ def island(emerged: str = "hump") -> Scene:
     flow = ShapedFlow(surface=1.0, phi=PHI, bottom=bottom)
     name = "island" if emerged == "hump" else "island-step"
     return Scene((0.0, 2.0), 2.0, flow, bottom=bottom, boundary=Wall(), name=name,
-                 reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x)),
+                 reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x), bottom=bottom),
                  description=f"lake of 1 m around an emerged {'hump' if emerged == 'hump' else 'block of 1.3 m'} (classical)")
 
 

@@ -86,9 +86,7 @@ def sampled(scene: Scene) -> dict[str, np.ndarray]:
     """Return x, h, phi, vs, vf, b at ``POINTS`` points of the initial state, velocities 0 where the scene names none."""
     lower, upper = scene.interval
     x = lower + (np.arange(POINTS) + 0.5) * (upper - lower) / POINTS
-    given = {"vs": 0.0, "vf": 0.0} | dict(scene.initial(x))
-    b = scene.bottom(x) if callable(scene.bottom) else np.asarray(scene.bottom, dtype=float)
-    given["b"] = b[(np.arange(POINTS) * b.size) // POINTS] if np.ndim(b) else b
+    given = scene.flow(x) | {"b": scene.height(x)}
     return {"x": x} | {name: np.array(np.broadcast_to(given[name], x.shape), dtype=float)
                        for name in ("h", "phi", "vs", "vf", "b")}
 

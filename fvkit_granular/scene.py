@@ -9,11 +9,12 @@ import numpy as np
 
 from fvkit import Grid, Model, Outflow, Problem, Source, _validate
 from fvkit.problem import boundary_pair, source_list
-from fvkit.quadrature import cell_averages
+from fvkit.quadrature import cell_averages, levelled
 from fvkit.solution import Solution
 from fvkit_granular.shaped_flow import ShapedFlow
 from fvkit_granular.shapes import Step
-from fvkit_granular.states import over, whole_flow
+from fvkit_granular.slope import warn_of_steep_ground
+from fvkit_granular.states import over, over_ground, whole_flow
 
 #: The only kinds of reference.
 KINDS = ("exact", "semi-exact", "self-converged")
@@ -21,10 +22,14 @@ KINDS = ("exact", "semi-exact", "self-converged")
 Flow = Callable[[np.ndarray], Mapping[str, Any]]
 
 
-def conserved(model: Model, flow: Flow) -> Callable[[np.ndarray], np.ndarray]:
-    """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}."""
+def conserved(model: Model, flow: Flow, ground: Callable[[np.ndarray], Any] | None = None) -> Callable[[np.ndarray], np.ndarray]:
+    """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}.
+
+    Over ``ground``, x -> b, the flow may give ``surface``, its level, for h: cells that are dry in part then get the depth of the
+    level over their mean bottom, and x must be the nodes of whole cells, see `fvkit.quadrature.levelled`.
+    """
     def values(x: np.ndarray) -> np.ndarray:
-        state = whole_flow(flow(x))
+        state = whole_flow(over_ground(flow(x), x, ground, levelled))
         return model.conserved_from(*(over(x, state[name], name)  # type: ignore[attr-defined]
                                       for name in ("h", "phi", "vs", "vf")))
 
@@ -70,6 +75,10 @@ def _at(value: Any) -> Any:
     return _validate.function(value, "at", "(x, t) -> {h, phi, vs, vf}")
 
 
+def _ground(value: Any) -> Any:
+    return _validate.function(value, "bottom", "x -> b")
+
+
 def _sensitivity(value: Any) -> Any:
     return _validate.function(value, "sensitivity", "without arguments")
 
@@ -87,10 +96,13 @@ class FunctionReference(Reference):
     kind : one of ``KINDS``.
     detail : one sentence: which solution, how accurate.
     at : (x, t) -> {h, phi, vs, vf}.
+    bottom : x -> b, m, under a flow that gives ``surface`` for h.
     sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
     """
 
     at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(converter=_at, kw_only=True, repr=False)
+    bottom: Callable[[np.ndarray], Any] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_ground), kw_only=True, repr=False)
     sensitivity: Callable[[], dict[str, Any] | None] | None = attrs.field(
         default=None, converter=attrs.converters.optional(_sensitivity), kw_only=True, repr=False)
 
@@ -98,7 +110,7 @@ class FunctionReference(Reference):
         return None if self.sensitivity is None else self.sensitivity()
 
     def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
-        values = conserved(model, lambda x: self.at(x, t))
+        values = conserved(model, lambda x: self.at(x, t), self.bottom)
         return cell_averages(values, grid, len(model.conserved), "reference")
 
 
@@ -152,7 +164,9 @@ class Scene:
     ----------
     interval : (lower, upper), m.
     t_end : end time, s, positive.
-    initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing.
+    initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing. ``surface``, the level in m, may
+        stand for h: h = max(surface - bottom, 0), in cells that are dry in part over their mean bottom, so that a lake is at rest
+        on every grid (a change of its volume by O(dx^2), at shores alone). Use it rather than max(level - b(x), 0).
     bottom : height b of the bottom, m: function of x, cell averages, or number.
     boundary : one boundary condition, or (left, right).
     sources : a source or a sequence of them. Drag is left out for models with one velocity.
@@ -184,12 +198,29 @@ class Scene:
         return _validate.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
 
     def problem(self, model: Any, cells: int) -> Problem:
-        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells."""
+        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells.
+
+        Warns (`SteepSlopeWarning`) where the flow may reach ground steeper than 15 degrees, see `fvkit_granular.slope`.
+        """
         chosen = self.model(model)
         sources = tuple(source for source in self.given_sources()
                         if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
-        return Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial), self.t_end,
-                       aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+        result = Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial, self.height), self.t_end,
+                         aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+        warn_of_steep_ground(result, self.g)
+        return result
+
+    def flow(self, x: np.ndarray) -> dict[str, Any]:
+        """Return the initial {h, phi, vs, vf} at points x (m,), also where it is given by its surface."""
+        return whole_flow(over_ground(self.initial(x), x, self.height, lambda depth: np.maximum(depth, 0.0)))
+
+    def height(self, x: np.ndarray) -> np.ndarray:
+        """Return the bottom at points x (m,), m; of cell averages that of the cell."""
+        b = self.bottom(x) if callable(self.bottom) else np.asarray(self.bottom, dtype=float)
+        if np.ndim(b) and not callable(self.bottom):
+            lower, upper = self.interval
+            b = b[np.clip((x - lower) / (upper - lower) * b.size, 0, b.size - 1).astype(int)]
+        return np.broadcast_to(b, np.shape(x))
 
     def given_sources(self) -> tuple[Any, ...]:
         """Return the sources, also where there is one or none."""

@@ -92,7 +92,7 @@ def load_scene(path: str | Path) -> Scene:
     for key in ("interval", "t_end", "initial"):
         top.need(key)
     bottom = _bottom(top)
-    initial = _initial(top.inner("initial"), bottom)
+    initial = _initial(top.inner("initial"))
     given: dict[str, Any] = {key: top.data[key] for key in ("interval", "t_end", "g", "gamma") if key in top.data}
     reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
     boundary, sources = _boundary(top), _sources(top)
@@ -141,13 +141,13 @@ def _bottom(top: Table) -> Any:
     return _quantity(top, "bottom", "length")
 
 
-def _initial(table: Table, bottom: Any) -> ShapedFlow | BuiltInFlow:
+def _initial(table: Table) -> ShapedFlow | BuiltInFlow:
     if "flow" in table.data:
         return BuiltInFlow(table.only(("flow",)).choice("flow", scene_names()))
     table.only((*FLOW, "flow"))
     parts = {key: _quantity(table, key, measures) for key, measures in FLOW.items() if key in table.data}
     with table.located():
-        return ShapedFlow(**parts, bottom=bottom if "surface" in parts else 0.0)
+        return ShapedFlow(**parts)
 
 
 def _boundary(top: Table) -> Any:

@@ -12,7 +12,7 @@ from fvkit import Model, Problem, Scheme, Solution, WavePropagation, _validate, 
 from fvkit.backends import BACKENDS
 from fvkit.names import INTEGRATORS, LIMITERS, RECONSTRUCTIONS
 from fvkit_granular.parts import MODELS, RIEMANN
-from fvkit_granular.scene import Flow, Scene
+from fvkit_granular.scene import Scene
 from fvkit_granular.scene import ascending as _times
 from fvkit_granular.scene_file import find_factory
 from fvkit_granular.two_phase import TwoPhase
@@ -126,7 +126,7 @@ class SceneRun:
         factors = {name: _validate.real(left.pop(f"initial.{name}"), f"initial.{name}", hint="a factor")
                    for name in FLOW if f"initial.{name}" in left}
         if factors:
-            changes["initial"] = partial(_scaled, scene.initial, factors)
+            changes["initial"] = partial(_scaled, scene, factors)
         sources = list(scene.given_sources())
         for name in [name for name in left if name.startswith("sources.")]:
             _change_source(sources, name, left.pop(name))
@@ -142,8 +142,12 @@ class SceneRun:
         return attrs.evolve(model, **fields)
 
 
-def _scaled(initial: Flow, factors: Mapping[str, float], x: np.ndarray) -> dict[str, Any]:
-    flow = dict(initial(x))
+def _scaled(scene: Scene, factors: Mapping[str, float], x: np.ndarray) -> dict[str, Any]:
+    flow = dict(scene.initial(x))
+    if "surface" in flow and "h" in factors:
+        b, factors = scene.height(x), dict(factors)
+        flow = {name: value for name, value in flow.items() if name != "h"}
+        flow["surface"] = b + factors.pop("h") * (flow["surface"] - b)
     return flow | {name: factor * np.asarray(flow.get(name, 0.0)) for name, factor in factors.items()}
 
 

@@ -73,7 +73,7 @@ def _initial(scene: Scene, same: set[str]) -> list[str]:
         return [f"flow = {_value(flow.name)}"]
     if not isinstance(flow, ShapedFlow):
         return [f"flow = {_value(_known(scene, 'initial', same))}"]
-    if flow.surface is not None and flow.bottom is not scene.bottom and flow.bottom != scene.bottom:
+    if flow.surface is not None and flow.bottom is not None and flow.bottom != scene.bottom:
         raise ValueError("`surface` of the initial state lies over another bottom than that of the scene: no file can say that")
     parts = {key: getattr(flow, key) for key in FLOW}
     none = {"vs": Uniform(0.0), "vf": Uniform(0.0)}

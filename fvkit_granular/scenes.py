@@ -114,7 +114,7 @@ def rest() -> Scene:
     """E1: a lake at rest over a smooth bump and over steps."""
     flow = ShapedFlow(surface=1.0, phi=0.6, bottom=rest_bottom)
     return Scene((0.0, 2.0), t_end=0.5, initial=flow, bottom=rest_bottom,
-                 reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x)),
+                 reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x), bottom=rest_bottom),
                  name="rest", description="lake at rest over a smooth bump (x = 1.5) and two 0.4 m steps (x = 0.7, 1.3), "
                  "phi = 0.6 (classical)")
 

@@ -1,6 +1,6 @@
 """What a person says of a flow, (h, phi, vs, vf), and how it becomes arrays."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -41,9 +41,43 @@ def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: 
     flow = dict(_validate.mapping(given, name, "{'h': 1.0, 'phi': 0.5}"))
     unknown = [key for key in flow if key not in ("h", "phi", "vs", "vf")]
     if unknown or not {"h", "phi"} <= flow.keys():
-        raise ValueError(f"{what} needs h and phi, and takes vs and vf (0 where missing); got "
+        raise ValueError(f"{what} needs h and phi, and takes vs and vf (0 where missing; an initial state may give surface, its "
+                         "level, for h); got "
                          f"{', '.join(map(str, flow)) or 'nothing'}")
     return {"vs": 0.0, "vf": 0.0} | flow
+
+
+def over_ground(given: Any, x: np.ndarray, ground: Callable[[np.ndarray], Any] | None,
+                depth: Callable[[np.ndarray], np.ndarray]) -> Any:
+    """Return a flow with h for its ``surface``, depth(surface - bottom); as it is without a surface.
+
+    Parameters
+    ----------
+    given : {surface, phi, vs, vf}; h beside ``surface`` must be the depth below it.
+    x : points, m, (m,).
+    ground : x -> bottom, m; None where nothing but h counts.
+    depth : level minus bottom (m,) -> h.
+
+    Raises
+    ------
+    ValueError
+        If h and ``surface`` contradict each other, or the level lies over no bottom.
+    """
+    if not isinstance(given, Mapping) or "surface" not in given:
+        return given
+    flow = {name: value for name, value in given.items() if name != "surface"}
+    if ground is None:
+        if "h" not in flow:
+            raise ValueError("a flow gives `surface`, its level, where no bottom is known: give h")
+        return flow
+    level = over(x, given["surface"], "surface")
+    above = level - ground(x)
+    differs = np.abs(over(x, flow.get("h", np.maximum(above, 0.0)), "h") - np.maximum(above, 0.0)) > 1e-9 * (1.0 + np.abs(level))
+    if differs.any():
+        place, h = x[differs][0], over(x, flow["h"], "h")[differs][0]
+        raise ValueError(f"`surface` of the initial state lies over another bottom than that of the scene, or contradicts `h`: "
+                         f"at x = {place:.6g} they make h {max(above[differs][0], 0.0):.6g} and {h:.6g}; give one of them")
+    return flow | {"h": depth(above)}
 
 
 def over(x: np.ndarray, value: Any, name: str) -> np.ndarray:

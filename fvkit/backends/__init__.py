@@ -10,6 +10,7 @@ from fvkit.backends.numpy_kernel import CHUNK, NumpyKernel, StagedNumpyKernel
 from fvkit.backends.threads import ThreadedKernel
 from fvkit.backends.trace import Untraceable
 from fvkit.problem import Problem
+from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Scheme
 
 #: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
@@ -25,6 +26,7 @@ __all__ = [
     "Outcome",
     "Untraceable",
     "array_kernel",
+    "backend_for",
     "make_kernel",
 ]
 
@@ -32,6 +34,15 @@ __all__ = [
 def array_kernel(problem: Problem, scheme: Scheme, parts: Parts) -> NumpyKernel:
     """Return the NumPy kernel that fits a scheme."""
     return (NumpyKernel if scheme.time_integrator is None else StagedNumpyKernel)(problem, scheme, parts)
+
+
+def backend_for(riemann: RiemannSolver, backend: str) -> str:
+    """Return the backend that ``$FVKIT_BACKEND`` makes of ``"auto"``; ValueError where it cannot run the Riemann solver."""
+    if backend == "auto":
+        backend = _validate.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
+    if not riemann.compilable and backend == "numba":
+        raise ValueError(f"{type(riemann).__name__} needs whole arrays: use backend='numpy' or 'auto', got 'numba'")
+    return backend
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:
@@ -46,10 +57,7 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     Untraceable
         If ``"numba"`` is asked for and a pointwise function needs whole arrays.
     """
-    if backend == "auto":
-        backend = _validate.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
-    if not parts.riemann.compilable and backend == "numba":
-        raise ValueError(f"{type(parts.riemann).__name__} needs whole arrays: use backend='numpy' or 'auto', got 'numba'")
+    backend = backend_for(parts.riemann, backend)
     if backend == "numpy" or (backend == "auto" and not (available() and parts.riemann.compilable)):
         if threads > 1:
             raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: pip install 'fvkit[fast]'")

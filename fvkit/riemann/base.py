@@ -6,7 +6,7 @@ from typing import ClassVar
 import attrs
 
 from fvkit.model import Model
-from fvkit.part import Part
+from fvkit.part import Part, default
 
 
 @attrs.frozen
@@ -23,17 +23,25 @@ class RiemannSolver(Part, ABC):
     5. ``positive = True`` says that masses stay non-negative for any data; else the scheme falls back to the model's
        ``relaxation``, where it defines one, at faces next to dry ground.
     6. ``compilable = False`` says that it needs whole arrays: it runs on the NumPy backend, and its code is not checked.
-    7. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    7. ``bounds = True`` says that its speeds are bounds from `fvkit.answers.face_speeds`: they must hold for all states between.
+    8. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
     """
 
     needs: ClassVar[tuple[str, ...]] = ()
     eigenvectors: ClassVar[bool] = False
     positive: ClassVar[bool] = False
     compilable: ClassVar[bool] = True
+    bounds: ClassVar[bool] = False
 
     @abstractmethod
     def solve(self, model, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of the face whose total fluctuation is ``jump``."""
+
+    @default
+    def total(self, ql, qr, auxl, auxr):
+        """Return what the solver's own waves add up to, for one that finds them without the model's jump. Asked only where
+        defined: of a model whose flux is another the run is first order, and says so."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `total`: its waves add up to the jump of the model")
 
     @classmethod
     def serves(cls, model: Model | type[Model]) -> bool:

@@ -1,9 +1,12 @@
 """The path-conservative, balanced HLL solver."""
 
+from typing import ClassVar
+
 import attrs
 import numpy as np
 
-from fvkit.pointwise import add, combine, maximum, minimum, subtract, where
+from fvkit.answers import face_speeds
+from fvkit.pointwise import add, combine, maximum, subtract, where
 from fvkit.riemann.base import RiemannSolver
 from fvkit.riemann.viscous import explained, towards_left
 
@@ -31,10 +34,10 @@ class HLL(RiemannSolver):
     Morales de Luna, M2AN 53 (2019) 959-985; D and K derived here.
     """
 
+    bounds: ClassVar[bool] = True
+
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        lowl, highl = model.wave_speeds(ql)
-        lowr, highr = model.wave_speeds(qr)
-        s1, s2 = minimum(lowl, lowr), maximum(highl, highr)
+        s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
         gap = s2 - s1
         opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
         share = s1 / where(opened, gap, 1.0)

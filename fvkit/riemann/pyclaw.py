@@ -39,7 +39,8 @@ class PyClawRiemann(RiemannSolver):
     -----
     Runs on the NumPy backend only: the function needs whole arrays. ``amdq`` and ``apdq`` are not used: an entropy fix
     that lives there is not seen, the scheme has its own (Roe). The model gives flux, wave speeds and, for the first time
-    step, bounds; it should be the one that the function was written for.
+    step, bounds; it should be the one that the function was written for, with ``flux(q, aux)`` where that depends on x. Where its
+    flux is another and it has no ``matrix_product``, the run is first order, on the waves of the function, and warns.
 
     Source: the contract of PyClaw's Python solvers, www.clawpack.org (clawpack.riemann).
     """
@@ -51,11 +52,17 @@ class PyClawRiemann(RiemannSolver):
     fwave: bool = _validate.switch(False)
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
+        wave, speed = self._waves(ql, qr, auxl, auxr)
+        missing = (np.array([np.broadcast_to(row, wave.shape[2:]) for row in jump]) - wave.sum(axis=1)) / wave.shape[1]
+        return (tuple(tuple(wave[:, k] + missing) for k in range(wave.shape[1])), tuple(speed))
+
+    def total(self, ql, qr, auxl, auxr):
+        return tuple(self._waves(ql, qr, auxl, auxr)[0].sum(axis=1))
+
+    def _waves(self, ql: Any, qr: Any, auxl: Any, auxr: Any) -> tuple[Any, Any]:
+        """The f-waves of the function, (num_eqn, num_waves, num_faces), and their speeds."""
         shape = np.broadcast(*ql, *qr).shape
         left, right, given_left, given_right = (np.array([np.broadcast_to(row, shape) for row in side])
                                                 for side in (ql, qr, auxl, auxr))
         wave, speed, _, _ = self.function(left, right, given_left, given_right, dict(self.problem_data))
-        if not self.fwave:
-            wave = wave * speed
-        missing = (np.array([np.broadcast_to(row, shape) for row in jump]) - wave.sum(axis=1)) / wave.shape[1]
-        return (tuple(tuple(wave[:, k] + missing) for k in range(wave.shape[1])), tuple(speed))
+        return wave if self.fwave else wave * speed, speed

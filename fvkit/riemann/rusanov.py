@@ -1,9 +1,12 @@
 """The path-conservative, balanced Rusanov (local Lax-Friedrichs) solver."""
 
+from typing import ClassVar
+
 import attrs
 import numpy as np
 
-from fvkit.pointwise import add, combine, maximum, minimum, subtract
+from fvkit.answers import face_speeds
+from fvkit.pointwise import add, combine, maximum, subtract
 from fvkit.riemann.base import RiemannSolver
 from fvkit.riemann.viscous import explained, towards_left
 
@@ -18,10 +21,10 @@ class Rusanov(RiemannSolver):
     Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320; D and K derived here.
     """
 
+    bounds: ClassVar[bool] = True
+
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        lowl, highl = model.wave_speeds(ql)
-        lowr, highr = model.wave_speeds(qr)
-        s1, s2 = minimum(lowl, lowr), maximum(highl, highr)
+        s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
         s = maximum(np.abs(s1), np.abs(s2))
         difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
         first = combine(0.5, moved, -0.5 * s, difference)

@@ -11,6 +11,7 @@ straight line through the signs of both bounds of the speeds, (s2 - A^) K/(s2 - 
 sources K = 0. Derived here.
 """
 
+from fvkit.answers import mass_flux
 from fvkit.pointwise import TINY, combine, least, scale, subtract, where
 
 
@@ -20,7 +21,7 @@ def explained(model, ql, qr, auxl, auxr, jump):
     if not model.defines("jump"):
         return change, jump, None
     result = list(least(change, model.balanced_difference(ql, qr, auxl, auxr)))
-    fluxl, fluxr = model.flux(ql), model.flux(qr)
+    fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
     for masses, momentum in model.phases:
         row = masses[-1]
         v = (fluxl[row] + fluxr[row]) / (ql[row] + qr[row] + TINY)

@@ -109,6 +109,15 @@ class Scheme(ABC):
         return None
 
     @property
+    def wants_cross(self) -> bool:
+        """Whether the scheme needs the model's `cross`, where it has one, for its order."""
+        return False
+
+    def at_first_order(self) -> "Scheme":
+        """Return this scheme at first order, without the matrix of the model; itself where it asks none."""
+        return self
+
+    @property
     @abstractmethod
     def limiting(self) -> Any:
         """The part, or tuple of parts, that keeps the scheme quiet at jumps: what reports call the limiter."""

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fvkit.answers import flux
 from fvkit.pointwise import add, scale, subtract, where
 from fvkit.polynomial import polynomial
 from fvkit.schemes.shores import asked, kept, rules, trust
@@ -156,7 +157,8 @@ def inside(model, left, right, q, aux):
     elif model.defines("jump"):
         result = romberg(model, left, right, q, aux)
     else:
-        result = subtract(model.flux(right), model.flux(left))
+        bedl, bedr = tuple([item.left for item in aux]), tuple([item.right for item in aux])
+        result = subtract(flux(model, right, bedr), flux(model, left, bedl))
     return tuple([0.0 if row in model.mass_rows() else item for row, item in enumerate(result)])
 
 

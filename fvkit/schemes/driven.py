@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fvkit.answers import mass_flux, wave_speeds
 from fvkit.pointwise import TINY, combine, maximum, minimum, subtract, where
 from fvkit.sources import acted
 
@@ -39,7 +40,7 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     aux = tuple([0.5 * (left + right) for left, right in zip(auxl, auxr, strict=True)])
     bearing = tuple([before[masses[-1]] for masses, _ in phases])
     end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
-    low, high = model.wave_speeds(before)
+    low, high = wave_speeds(model, before, aux)
     carries = 0.5 * (high - low) * reduce(maximum, map(np.abs, speeds))
     for (masses, momentum), v in zip(phases, speeds, strict=True):
         row, still = masses[-1], before[momentum] == 0.0
@@ -67,7 +68,7 @@ def on_face(model, ql, qr, auxl, auxr):
     Velocities are weighted by the roots of the masses.
     """
     lift = subtract(model.balanced_difference(ql, qr, auxl, auxr), subtract(qr, ql))
-    fluxl, fluxr = model.flux(ql), model.flux(qr)
+    fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
     result, speeds = [0.5 * (left + right) for left, right in zip(ql, qr, strict=True)], []
     for masses, momentum in model.phases:
         row = masses[-1]

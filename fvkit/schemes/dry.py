@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from fvkit.answers import mass_flux, wave_speeds
 from fvkit.pointwise import TINY, combine, largest_share, maximum, minimum, scale, subtract, where
 from fvkit.schemes.fluctuations import anchored, left_going, right_going
 from fvkit.schemes.driven import for_cells, jumps
@@ -39,7 +40,7 @@ PARTING = 1.0
 
 def window(parts, ratio, ql, qr, row):
     """Return the bounds of dt/dx times the flux of a mass through a face."""
-    fluxl, fluxr = parts.model.flux(ql)[row], parts.model.flux(qr)[row]
+    fluxl, fluxr = mass_flux(parts.model, ql)[row], mass_flux(parts.model, qr)[row]
     return HALF * (ratio * fluxr - qr[row]), HALF * (ql[row] + ratio * fluxl)
 
 
@@ -138,17 +139,17 @@ def uneven(parts, ql, qr, auxl, auxr):
         for row in rows:
             found = found | (ql[row] + qr[row] < 2.0 * RARE * total)
     if parts.reconstruction is not None:
-        for speed, sound in partings(parts.model, ql, qr):
+        for speed, sound in partings(parts.model, ql, qr, auxl, auxr):
             found = found | (2.0 * speed > PARTING * sound)
     return found
 
 
-def partings(model, ql, qr):
+def partings(model, ql, qr, auxl, auxr):
     """Return, for each phase, how fast both sides part, and the smaller speed of sound: half the range of speeds less slip."""
     left, right = velocities(model, ql), velocities(model, qr)
     sounds = []
-    for q, found in ((ql, left), (qr, right)):
-        low, high = model.wave_speeds(q)
+    for q, aux, found in ((ql, auxl, left), (qr, auxr, right)):
+        low, high = wave_speeds(model, q, aux)
         slip = 0.0
         for v in found[1:]:
             slip = maximum(slip, np.abs(v - found[0]))
@@ -158,7 +159,7 @@ def partings(model, ql, qr):
 
 def velocities(model, q):
     """Return the velocity of each phase, that of a face, damped where the phase is thin."""
-    flux = model.flux(q)
+    flux = mass_flux(model, q)
     return [flux[row] / (q[row] + TINY) for row in carriers(model)]
 
 
@@ -171,7 +172,7 @@ def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
         share = minimum(share, DRIER * smaller / (larger + TINY) - 1.0)
     for row in rows if len(rows) > 1 else ():
         share = minimum(share, (ql[row] + qr[row]) / (RARE * total + TINY) - 1.0)
-    for speed, sound in partings(parts.model, ql, qr) if parts.reconstruction is not None else ():
+    for speed, sound in partings(parts.model, ql, qr, auxl, auxr) if parts.reconstruction is not None else ():
         share = minimum(share, where(2.0 * speed > PARTING * sound, 2.0 - 2.0 * speed / (PARTING * sound + TINY), 1.0))
     for row in parts.model.mass_rows():
         low, high = window(parts, ratio, ql, qr, row)

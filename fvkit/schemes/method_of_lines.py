@@ -43,6 +43,9 @@ class MethodOfLines(Scheme):
     the cell and its neighbours, and faces where a phase parts faster than sound get the relaxation solver. With an SSP
     integrator depths then stay non-negative; `DP5` and `ARK4` do not promise that.
 
+    Composite waves of a flux that is not convex, fan and shock in one, may converge to a shock that breaks the entropy condition:
+    use `WavePropagation`, which does not.
+
     Where the solution jumps, second-order `WavePropagation` gives the same error in a fifth of the time. Static friction
     (piles at rest) is left to it.
 

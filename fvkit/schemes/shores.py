@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fvkit.answers import wave_speeds
 from fvkit.pointwise import TINY, maximum, minimum, where
 
 #: A face keeps at least this share of the mean of its cell's mass.
@@ -29,7 +30,7 @@ def rules(model, states, given, left, right, lifts):
     The conditions need no division, so that a scheme may ask them of every cell.
     """
     found = [*contrasts(model, states), *depths(model, states, left, right)]
-    low, high = model.wave_speeds(states[len(states) // 2])
+    low, high = wave_speeds(model, states[len(states) // 2], given[len(given) // 2])
     for masses, momentum in model.phases:
         found += calm(states, (left, right), masses[-1], momentum, HASTE * (high - low))
     return found + (smoothness(model, states, given) if lifts else [])

@@ -13,7 +13,7 @@ from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.schemes.driven import drive
 from fvkit.schemes.dry import hold_within, mass_fluxes, may_overdraw
-from fvkit.schemes.faces import face_stages, here, to_left, to_right, upwinding
+from fvkit.schemes.faces import composite, convexity, face_stages, here, to_left, to_right, upwinding
 from fvkit.schemes.in_cell import finding, resolving, uncorrecting
 from fvkit.sources import Source, Splitting, Strang
 
@@ -89,6 +89,13 @@ class WavePropagation(Scheme):
     def cfl_max(self) -> float:
         """1, the limit of stability, with room for rounding."""
         return 1.0 + 1e-12
+
+    @property
+    def wants_cross(self) -> bool:
+        return self.order == 2 and self.cross_term
+
+    def at_first_order(self) -> Scheme:
+        return attrs.evolve(self, order=1)
 
     @property
     def limiting(self) -> tuple[Limiter, ...]:
@@ -176,6 +183,8 @@ def eigenvector_correction(parts, ratio, waves, speeds, sides, *overlaps):
 def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, *overlaps):
     """Return the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
     factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
+    if composite(parts.model):
+        factors = scale(convexity(parts.model, ql, qr, auxl, auxr), factors)
     kept = weighted(scale(ratio, factors), waves)
     upwinded = weighted(multiply(sides, factors), waves)
     return (combine(1.0, upwinded, -0.5, parts.model.matrix_product(ql, qr, auxl, auxr, kept)),)

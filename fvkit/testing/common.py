@@ -37,6 +37,15 @@ class OnModel(Suite):
         """Return random admissible states (num_eqn, count), away from what the model cannot do."""
         raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
 
+    def aux(self, rng: np.random.Generator, count: int) -> Any:
+        """Return random aux values (num_aux, count) of a model that cannot take 0, such as densities; 0 by default."""
+        return np.zeros((len(self.model.aux), count))
+
+    def given(self, seed: int, count: int) -> tuple[Any, ...]:
+        """`aux`, of the right shape."""
+        shape = (len(self.model.aux), count)
+        return tuple(_validate.array(self.aux(np.random.default_rng(seed), count), "aux(rng, count)", shape))
+
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """`states`, of the right shape."""
         return _validate.array(self.states(rng, count), "states(rng, count)", (len(self.model.conserved), count))
@@ -80,13 +89,12 @@ def check_is_data(part: Any) -> None:
             setattr(part, name, 0.0)
 
 
-def matrices(model: Model, q: np.ndarray) -> np.ndarray:
-    """Return the derivatives of ``jump`` at states q by central differences, (count, num_eqn, num_eqn)."""
-    none = tuple(np.zeros((len(model.aux), q.shape[1])))
+def matrices(model: Model, q: np.ndarray, aux: tuple[Any, ...]) -> np.ndarray:
+    """Return the derivatives of ``jump`` at states q over aux values by central differences, (count, num_eqn, num_eqn)."""
     size = 1e-6 * (np.abs(q).max(axis=0) + 1e-300)
     columns = []
     for row in range(len(q)):
         change = np.zeros_like(q)
         change[row] = size
-        columns.append(rows(model.jump(tuple(q - change), tuple(q + change), none, none), q.shape[1]) / (2.0 * size))
+        columns.append(rows(model.jump(tuple(q - change), tuple(q + change), aux, aux), q.shape[1]) / (2.0 * size))
     return np.moveaxis(np.array(columns), (0, 1, 2), (2, 1, 0))

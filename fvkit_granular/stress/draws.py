@@ -113,7 +113,7 @@ class RandomScene:
 
     def boundary(self) -> BoundaryCondition:
         """Return the boundary of both ends."""
-        given: dict[str, BoundaryCondition] = {"box": Wall(), "channel": Outflow(), "ring": Periodic()}
+        given: dict[str, BoundaryCondition] = {"box": Wall(), "channel": Outflow(), "ring": Periodic(drop=0.0)}
         return given[self.setting]
 
     def sources(self, model: Model) -> tuple[Source, ...]:

@@ -444,7 +444,7 @@ def test_an_inflow_that_changes_its_shape_or_turns_nan_is_named():
 
 
 BOUNDARIES = {
-    "outflow": fv.Outflow(), "wall": fv.Wall(), "periodic": fv.Periodic(),
+    "outflow": fv.Outflow(), "wall": fv.Wall(), "periodic": fv.Periodic(drop=0.0),
     "inflow": (fv.Inflow([1.0, 0.2]), fv.Outflow()), "inflow of time": (fv.Inflow(lambda t: [1.0 + t, 0.2]), fv.Wall()),
 }
 
