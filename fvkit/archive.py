@@ -13,6 +13,7 @@ from numpy.lib import format as npy
 
 from fvkit import _validate
 from fvkit._validate import file
+from fvkit.errors import Portable
 from fvkit.io import write_whole
 
 _HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -36,7 +37,7 @@ def fill(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
 TOLD = 300
 
 
-class Unreadable(ValueError):
+class Unreadable(Portable, ValueError):
     """A file that cannot be used; the message names it and says why."""
 
     def __init__(self, path: Path, reason: object) -> None:

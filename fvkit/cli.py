@@ -84,6 +84,18 @@ def _say(message: str, end: str = "") -> None:
     print(f"fvkit: {line if len(line) <= LONGEST else line[:LONGEST] + '...'}{end}", file=sys.stderr)
 
 
+def done_so_far(study: Callable[[], Any]) -> tuple[Any, bool]:
+    """Return the result of a study, and whether Ctrl-C ended it: then the result is what was done so far."""
+    try:
+        return study(), False
+    except KeyboardInterrupt as error:
+        found = getattr(error, "result", None)
+        if found is None:
+            raise
+        _say("interrupted: what follows is what was done so far")
+        return found, True
+
+
 @contextmanager
 def _termination_as_interrupt() -> Iterator[None]:
     """Let SIGTERM, which batch systems send before they kill, do what Ctrl-C does: checkpoint, partial result, exit code 130."""

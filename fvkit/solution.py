@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from fvkit import _validate
+from fvkit.errors import Portable
 from fvkit.grid import Grid
 from fvkit.model import Model
 
@@ -183,7 +184,7 @@ class Solution:
                                    for name, value in rows.items()) + "</table>"
 
 
-class SolveError(RuntimeError):
+class SolveError(Portable, RuntimeError):
     """A run that failed, with the partial solution.
 
     Parameters

@@ -2,13 +2,14 @@
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fvkit import _validate, solve
 from fvkit.backends import BACKENDS
-from fvkit.cli import SUCCESS, add_command
+from fvkit.cli import INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.study.layout import table
 from fvkit_granular.advise import Advice, advise
 from fvkit_granular.indicators import sampled
@@ -44,11 +45,11 @@ def _advise(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
     if options.validate is not None:
         count = _validate.whole(options.validate, "--validate", at_least=4)
         seed, cells = _validate.whole(options.seed, "--seed", at_least=0), _validate.whole(options.cells, "--cells", at_least=10)
-        rows = validate(count, seed, cells, options.backend, progress=tell)
+        rows, stopped = done_so_far(partial(validate, count, seed, cells, options.backend, progress=tell))
         if tell is not None:
             tell("")
         print(report(rows))
-        return SUCCESS
+        return INTERRUPTED if stopped else SUCCESS
     chosen = find_scene(options.scene)
     advice = advise(chosen, options.tol)
     print(advice)

@@ -11,7 +11,7 @@ import numpy as np
 
 from fvkit import Checkpoint, Solution, Status, StopAtRest, _validate, resume, solve
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.configuration import build
 from fvkit.io import usable_folder, write_whole
 from fvkit.names import LIMITERS, public_name
@@ -208,11 +208,12 @@ def _bench(options: argparse.Namespace) -> int:
     for order in options.orders:
         _validate.choice(order, "--orders", ORDERS)
     usable_folder(options.out, "--out")
-    result = bench(options.cells, options.orders, options.backends, options.repeats, progress=_teller())
+    result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
+                                          progress=_teller()))
     folder = result.save(options.out)
     print(result.table())
     print(f"written to {folder}/: bench.json, bench.png")
-    return SUCCESS
+    return INTERRUPTED if stopped else SUCCESS
 
 
 def _teller() -> Callable[[str], None] | None:
@@ -229,18 +230,19 @@ def _compare(options: argparse.Namespace) -> int:
         _validate.choice(name.partition(".")[0], "--plot-axes", AXES)
     folder = usable_folder(_folder(options, "compare", scene_label(options.scene)), "--out")
     tell = _teller()
-    report = compare(chosen, models, cells=options.cells, repeats=options.repeats, backend=options.backend,
-                     seconds=options.seconds, progress=tell, **_schemes(options))
+    report, stopped = done_so_far(partial(compare, chosen, models, cells=options.cells, repeats=options.repeats,
+                                          backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:
         tell("")
     report.save(folder)
-    for x, y in options.plot_axes:
+    for x, y in () if stopped else options.plot_axes:
         write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
     print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
     print(table[-1])
-    return SUCCESS if all(row["status"] in ("finished", "over_budget") for row in report.rows) else FAILED
+    finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
+    return INTERRUPTED if stopped else SUCCESS if finished else FAILED
 
 
 def _schemes(options: argparse.Namespace) -> dict[str, Any]:

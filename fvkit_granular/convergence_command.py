@@ -8,7 +8,7 @@ from typing import Any
 
 from fvkit import OrderError, _validate, convergence
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.io import usable_folder
 from fvkit.study.convergence import NORMS
 from fvkit_granular.parts import MODELS
@@ -42,13 +42,15 @@ def _convergence(teller: Teller, options: argparse.Namespace) -> int:
     if options.out is not None:
         usable_folder(options.out, "--out")
     tell = teller()
-    found = convergence(partial(chosen.problem, model), scheme, options.cells, chosen.known_reference(), norm=options.norm,
-                        backend=options.backend, progress=tell)
+    found, stopped = done_so_far(partial(convergence, partial(chosen.problem, model), scheme, options.cells,
+                                         chosen.known_reference(), norm=options.norm, backend=options.backend, progress=tell))
     if tell is not None:
         tell("")
     print(f"scene {scene_label(options.scene)}: {found}")
     if options.out is not None:
         print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")
+    if stopped:
+        return INTERRUPTED
     if wanted is None:
         return SUCCESS
     try:

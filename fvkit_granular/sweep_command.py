@@ -6,11 +6,12 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fvkit import Keep, Samples, Scheme, _validate, sweep
-from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.io import usable_folder
 from fvkit.sweeps import SweepResult
 from fvkit_granular.parts import MODELS
@@ -58,8 +59,8 @@ def _sweep(options: argparse.Namespace) -> int:
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
     with _executor(options.dask) as executor:
-        result = sweep(run, samples, executor, workers=options.workers, keep=keep, folder=folder / "members",
-                       progress=sys.stderr.isatty())
+        result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
+                                              folder=folder / "members", progress=sys.stderr.isatty()))
     written = ["members/", result.save(folder / "sweep.csv").name, *_netcdf(result, folder)]
     count = int(result.finished.sum())
     print(f"{options.file.name}: {count} of {len(samples)} members finished, {result.elapsed:.3g} s")
@@ -71,7 +72,7 @@ def _sweep(options: argparse.Namespace) -> int:
         first = int((result.status == status).argmax())
         print(f"  {status}: {int((result.status == status).sum())} members, the first is {first}: {result.message[first]}")
     print(f"  written to {folder}/: {', '.join(written)}")
-    return SUCCESS if result.success else FAILED
+    return INTERRUPTED if stopped else SUCCESS if result.success else FAILED
 
 
 def _netcdf(result: SweepResult, folder: Path) -> list[str]:

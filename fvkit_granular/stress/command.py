@@ -4,12 +4,13 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fvkit import _validate
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.io import usable_folder
 from fvkit_granular.scene_file import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
@@ -54,22 +55,23 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
     usable_folder(options.out, "--out")
     if options.random is not None:
         return _random(options)
-    report = stress(options.full, scenes or None, backends=options.backends, workers=options.workers, progress=tell)
+    report, stopped = done_so_far(partial(stress, options.full, scenes or None, backends=options.backends,
+                                          workers=options.workers, progress=tell))
     folder = report.save(options.out)
     if tell is not None:
         tell("")
     print(report.summary())
     print(f"written to {folder}/: stress.json, stress.txt, stress.png")
-    return SUCCESS if report.success else FAILED
+    return INTERRUPTED if stopped else SUCCESS if report.success else FAILED
 
 
 def _random(options: argparse.Namespace) -> int:
     count, seed = _validate.whole(options.random, "--random", at_least=1), _validate.whole(options.seed, "--seed", at_least=0)
     first = _validate.whole(options.first, "--first", at_least=0)
     print(plan(count, pairs(options.models, options.riemann), options.orders, options.workers or os.cpu_count() or 1), flush=True)
-    report = random_stress(count, seed, options.models, options.riemann, options.orders, first=first, workers=options.workers,
-                           progress=sys.stderr.isatty())
+    report, stopped = done_so_far(partial(random_stress, count, seed, options.models, options.riemann, options.orders,
+                                          first=first, workers=options.workers, progress=sys.stderr.isatty()))
     folder = report.save(options.out)
     print(report.summary())
     print(f"written to {folder}/: report.json, report.csv, report.png")
-    return SUCCESS if report.success else FAILED
+    return INTERRUPTED if stopped else SUCCESS if report.success else FAILED
