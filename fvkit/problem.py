@@ -215,3 +215,5 @@ class Problem:
                 contract.read(type(source), ("limit_jump",), kind)
                 contract.rehearse(source, "limit_jump", (model, *face, q, self.grid.dx), rows, count)
             contract.rehearse(source, "rate", (model, q, aux), rows, count)
+            with np.errstate(all="ignore"):
+                contract.agree(source, "step", source.step(model, q, aux, 0.0), q, "must return the state for dt = 0")
