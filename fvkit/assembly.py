@@ -50,8 +50,9 @@ def check_parts(problem: Problem, parts: Parts) -> None:
 
 def _check_numbers(parts: Parts, face: tuple[Any, ...]) -> None:
     """Refuse parts that run but break a promise of their contract: such runs converge to something else, without a word."""
-    jump = parts.model.jump(*face)
-    waves, _ = parts.riemann.solve(parts.model, *face, jump)
+    ql, qr, auxl, auxr = face
+    jump = parts.model.jump(ql, qr, auxl, auxr)
+    waves, _ = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
     contract.agree(parts.riemann, "solve", tuple(sum(rows) for rows in zip(*waves, strict=True)), jump,
                    "the waves must add up to the jump", max(np.max(np.abs(row)) for wave in waves for row in wave))
     if parts.reconstruction is not None:

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import entry_points
+from io import TextIOWrapper
 from typing import Any, TextIO
 
 from fvkit import __version__
@@ -52,6 +53,9 @@ def build_parser() -> Parser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a name that the console cannot spell must not cost the result
     parser = build_parser()
     try:
         options = parser.parse_args(arguments)
