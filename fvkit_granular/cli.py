@@ -150,8 +150,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:
-    """Output times of a film, those of the scene among them."""
-    return tuple(np.union1d(np.linspace(0.0, t_end, FRAMES + 1)[1:], asked or ()).tolist())
+    """Output times of a film, those of the scene among them, none twice by rounding."""
+    wanted, even = np.array(asked or (t_end,)), np.linspace(0.0, t_end, FRAMES + 1)[1:]
+    near = np.isclose(even[:, None], wanted, rtol=0.0, atol=1e-9 * t_end).any(axis=1)
+    return tuple(np.union1d(even[~near], wanted).tolist())
 
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
@@ -175,7 +177,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
           + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
     if reference is not None:
-        found = deviations(solution, reference.averages(solution.model, grid, t_end))
+        found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: {', '.join(written)}")
