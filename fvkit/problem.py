@@ -148,6 +148,8 @@ class Problem:
     def _average_aux(self) -> dict[str, np.ndarray]:
         _validate.mapping(self.aux, "aux", "{'b': function}")
         for name in self.aux:
+            if not self.model.aux:
+                raise ValueError(f"`aux` must be empty, got {_validate.shown(name)}: {type(self.model).__name__} has no `aux`")
             _validate.choice(name, "aux", self.model.aux)
         n = self.grid.num_cells
         result = {}

@@ -4,13 +4,10 @@
 import attrs
 import numpy as np
 
-from fvkit import Inflow, _validate
+from fvkit import Outflow, Periodic, Wall, _validate
 from fvkit_granular.drag import ConstantDrag, Drag
-from fvkit_granular.friction import BasalFriction
-from fvkit_granular.given_flow import GivenFlow
+from fvkit_granular.friction import BasalFriction, CoulombFriction
 from fvkit_granular.indicators import Indicators, indicators, sampled
-from fvkit_granular.inflow import Hydrograph
-from fvkit_granular.outflow import Stage
 from fvkit_granular.resolution import MOST, resolution
 from fvkit_granular.scene import Scene
 
@@ -22,6 +19,8 @@ NANOSECONDS = {"two-phase": (40.0, 24.0), "reduced": (14.0, 16.0), "shallow-wate
 COSTLIER = 7.5
 #: Below this tolerance high order pays for smooth flow.
 FINE = 1e-4
+#: The ground of the validation: relief over the mean depth, Froude number at the start, density ratios.
+UNEVEN, FAST, LIGHT, HEAVY = 0.5, 1.0, 0.2, 0.8
 
 
 @attrs.frozen
@@ -40,6 +39,8 @@ class Advice:
     seconds : expected run time, compiled, stepping only.
     jumps : whether the flow holds jumps, from the start or before the end.
     warnings : why the advice may fail; empty on the ground on which it was validated.
+    valid : whether model errors are predicted: False for what the prediction was never validated for; then the full model is
+        named, and ``numbers.reduced`` and ``numbers.shallow`` mean nothing.
     """
 
     scene: str
@@ -52,16 +53,21 @@ class Advice:
     seconds: float
     jumps: bool
     warnings: tuple[str, ...]
+    valid: bool
 
     def text(self) -> str:
         """Return the advice as lines of text."""
         n = self.numbers
         needed = {"two-phase": "the full model is needed", "reduced": "the reduced model suffices",
                   "shallow-water": "shallow water suffices"}[self.model]
+        predicted = (f"predicted model error, doubled to decide: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e}"
+                     if self.valid else
+                     "predicted model error: not valid here, see the cautions; `fvkit advise SCENE --check` measures it")
+        needed = needed if self.valid else "the full model, since no prediction is valid here,"
         lines = [f"{self.scene or 'scene'}: {needed} for an error of the depth of {self.tol:g} (mean, over the mean depth)",
                  f"  phi {n.phi:.3g}, varying by {n.phi_range:.2g}, spreads over {n.spread:.3g} m; drag K T = {n.damping:.3g}",
                  f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of 2 a beta; dry share {n.dry_share:.0%}",
-                 f"  predicted model error, doubled to decide: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e}",
+                 f"  {predicted}",
                  f"  scheme: {self.scheme}, {self.cells} cells (estimated grid error {self.grid_error:.1e}, "
                  f"{'with jumps' if self.jumps else 'smooth'}), about {_duration(self.seconds)} compiled"]
         return "\n".join(lines + [f"  caution: {warning}" for warning in self.warnings])
@@ -99,7 +105,8 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     tol = _validate.real(tol, "tol", above=0.0, below=1.0)
     state = sampled(scene)
     numbers = indicators(scene, state)
-    model = decide(numbers.reduced, numbers.shallow, tol)
+    beyond, rougher = _warnings(scene, state, numbers)
+    model = "two-phase" if beyond else decide(numbers.reduced, numbers.shallow, tol)
     grid = resolution(scene, state, numbers, two_phase=model == "two-phase")
     high = grid.smooth and tol < FINE
     cells = grid.cells(tol, high)
@@ -109,8 +116,9 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     scheme = f"MethodOfLines({solver}, MP5)" if high else f"WavePropagation({solver}, MC), order 2"
     steps = scene.t_end * (numbers.froude + 1.0) * numbers.speed * cells / (0.9 * grid.interval)
     seconds = 1e-9 * NANOSECONDS[model][int(relaxed)] * (COSTLIER if high else 1.0) * cells * steps
-    return Advice(scene.name, tol, numbers, model, scheme, cells, error, seconds, grid.jump > 0.0,
-                  _warnings(scene, numbers, error > 1.01 * tol))
+    coarse = (f"the tolerance needs more than {MOST} cells",) if error > 1.01 * tol else ()
+    return Advice(scene.name, tol, numbers, model, scheme, cells, error, seconds, grid.jump > 0.0, beyond + rougher + coarse,
+                  not beyond)
 
 
 def decide(reduced: float, shallow: float, tol: float) -> str:
@@ -120,23 +128,30 @@ def decide(reduced: float, shallow: float, tol: float) -> str:
     return "reduced" if SAFETY * reduced < tol else "two-phase"
 
 
-def _warnings(scene: Scene, numbers: Indicators, coarse: bool) -> tuple[str, ...]:
-    """Return why the advice may fail for this scene."""
+def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what takes the ground away on which the prediction was validated, and what only makes it rougher."""
     sources, sides = scene.given_sources(), scene.sides()
+    friction = [source for source in sources if isinstance(source, BasalFriction)]
     reached = numbers.speed * (1.0 + numbers.froude) * scene.t_end / (scene.interval[1] - scene.interval[0])
-    found = [
+    uneven = float(np.ptp(state["b"])) / numbers.depth
+    differ = bool(friction) or numbers.reduced > 0.0 or numbers.shallow > 0.0
+    beyond = [
         (numbers.slip > 0.8, "the slip comes near the range where speeds are complex and the problem is ill-posed"),
-        (numbers.dry_share > 0.0 and numbers.phi_range > 0.3, "steep phi with dry ground: not validated"),
-        (any(isinstance(source, BasalFriction) for source in sources),
-         "friction at the bed: shallow water has no buoyancy, and predictions are rougher (docs/model_choice.md)"),
+        (numbers.dry_share > 0.0 and numbers.phi_range > 0.3, "steep phi with dry ground"),
+        (bool(friction) and (uneven > 0.0 or not all(isinstance(law, CoulombFriction) for law in friction)),
+         "friction at the bed other than Coulomb's on level ground"),
         (any(isinstance(source, Drag) and not isinstance(source, ConstantDrag) for source in sources),
          "variable drag: K is that of the mean state at the start"),
         (any(not isinstance(source, (Drag, BasalFriction)) for source in sources), "sources that the prediction does not know"),
         (any(side.closed for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
          "run is predicted"),
         (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
-        (any(isinstance(side, (Inflow, GivenFlow, Hydrograph, Stage)) for side in sides), "what the inflow brings is not in the "
-         "prediction"),
-        (coarse, f"the tolerance needs more than {MOST} cells"),
+        (not all(isinstance(side, (Outflow, Wall, Periodic)) for side in sides), "what an inflow, or another end, brings"),
+        (differ and uneven > UNEVEN, f"a bottom that varies by more than {UNEVEN:g} of the mean depth"),
+        (differ and numbers.froude > FAST, f"a flow that starts with a Froude number above {FAST:g}"),
+        (differ and not LIGHT <= scene.gamma <= HEAVY, f"a density ratio gamma outside {LIGHT:g} to {HEAVY:g}"),
     ]
-    return tuple(text for holds, text in found if holds)
+    rougher = [(bool(friction), "friction at the bed: shallow water has no buoyancy, and predictions are rougher "
+                                "(docs/model_choice.md)")]
+    first = tuple(text for holds, text in beyond if holds)
+    return first, tuple(text for holds, text in rougher if holds and not any(known.startswith("friction") for known in first))

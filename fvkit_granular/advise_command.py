@@ -62,9 +62,9 @@ def _checked(chosen: Scene, advice: Advice, backend: str) -> str:
     """Return a table of predicted and measured errors and run times of the models on a coarse grid, and its own error."""
     runs = [model_errors(chosen, CHECKED, backend) for _ in range(REPEATS)]
     errors, seconds = runs[0][0], [min(times) for times in zip(*(times for _, times in runs), strict=True)]
-    predicted = (advice.numbers.reduced, advice.numbers.shallow)
+    predicted = [f"{error:.1e}" if advice.valid else "not valid" for error in (advice.numbers.reduced, advice.numbers.shallow)]
     lines = [["model", "predicted", "measured", "ms", "times faster"], ["two-phase", "-", "-", f"{1e3 * seconds[0]:.3g}", "1.0"]]
-    lines += [[name, f"{one:.1e}", f"{other:.1e}", f"{1e3 * spent:.3g}", f"{seconds[0] / spent:.1f}"]
+    lines += [[name, one, f"{other:.1e}", f"{1e3 * spent:.3g}", f"{seconds[0] / spent:.1f}"]
               for name, one, other, spent in zip(("reduced", "shallow-water"), predicted, errors, seconds[1:], strict=True)]
     lines = [[f"{line[0]} (advised)" if line[0] == advice.model else line[0], *line[1:]] for line in lines]
     fine, coarse = (solve(chosen.problem(MODELS[advice.model], cells), backend=backend, nonhyperbolic="ignore").observables()["h"]

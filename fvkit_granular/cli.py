@@ -1,7 +1,9 @@
 """The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``; others are registered here."""
 
 import argparse
+import json
 import sys
+import zipfile
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -13,29 +15,36 @@ from fvkit import Checkpoint, Solution, Status, StopAtRest, _validate, resume, s
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.configuration import build
-from fvkit.io import usable_folder, write_whole
+from fvkit.io import remove, usable_folder, write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.pictures import KINDS, checked_film, space_time
 from fvkit.plot import new_axes
+from fvkit.study.pictures import PICTURES
 from fvkit.study.settings import settings
 from fvkit_granular import advise_command, convergence_command, sweep_command
 from fvkit_granular.bench import ORDERS, bench
-from fvkit_granular.compare import compare, deviations
+from fvkit_granular.compare import compare, compared, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
 from fvkit_granular.pictures import slip
-from fvkit_granular.scene import Reference
+from fvkit_granular.scene import Reference, Scene
 from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.scene_text import scene_text
 from fvkit_granular.scenes import scene, scene_names
-from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
+from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, scheme_of, schemes_of
 from fvkit_granular.stress import command as stress_command
 
 #: What may stand on an axis of --plot-axes: columns of report.csv, of which some go on with a dot and a quantity.
 AXES = ("order", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max",
         "order_observed", "mass_drift")
 
+#: Those that have a value for each quantity of the model.
+BY_QUANTITY = ("error", "error_l2", "error_max", "order_observed")
+
 #: Outputs of a film.
 FRAMES = 60
+
+#: Key of the configuration that says which files a run wrote beside its solution.
+FILES = "files"
 
 
 def register(commands: Any) -> None:
@@ -118,7 +127,12 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
     for kind in options.plot:
         _validate.choice(kind, "--plot", (*KINDS, "slip", "space-time"))
-    usable_folder(_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene)), "--out")
+    folder = _folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene))
+    usable_folder(folder, "--out", _written(options))
+    if options.animate is not None:
+        usable_folder((folder / checked_film(options.animate)).parent, "--animate")
+    if options.checkpoint is not None:
+        usable_folder(options.checkpoint.parent, "--checkpoint")
     if options.resume is not None:
         for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
             if getattr(options, name) is not None:
@@ -127,9 +141,9 @@ def _run(options: argparse.Namespace) -> int:
         return _show(options.resume.stem, solution, None, options)
     chosen = find_scene(options.scene)
     problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
-    (scheme,) = schemes_of(options)
-    film = None if options.animate is None else checked_film(options.animate)
-    times = _film_times(problem.t_end, chosen.times) if film is not None or "space-time" in options.plot else chosen.times
+    scheme = scheme_of(options)
+    many = options.animate is not None or "space-time" in options.plot
+    times = _film_times(problem.t_end, chosen.times) if many else chosen.times
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
     stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
@@ -160,13 +174,16 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = _folder(options, "run", name)
     folder.mkdir(parents=True, exist_ok=True)
-    solution.save(folder / "solution.npz")
-    pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
-    for picture, kind in pictures.items():
+    remove(folder, _earlier(folder))
+    written = _written(options)
+    solution.configuration[FILES] = written
+    solution.save(folder / written[0])
+    for picture, kind in ({"profile": "state"} | {kind: kind for kind in options.plot}).items():
         _draw(solution, kind, folder / f"{picture}.png")
-    written = ["solution.npz", *(f"{picture}.png" for picture in pictures)]
     if options.animate is not None:
-        written.append(solution.animate(folder / checked_film(options.animate), "profile").name)
+        film = folder / checked_film(options.animate)
+        film.parent.mkdir(parents=True, exist_ok=True)
+        solution.animate(film, "profile")
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
     named = settings(build(solution.configuration["scheme"]))
     print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
@@ -182,6 +199,23 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: {', '.join(written)}")
     return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+
+
+def _written(options: argparse.Namespace) -> list[str]:
+    """Names of the files that ``fvkit run`` writes, the solution first."""
+    films = [] if options.animate is None else [options.animate]
+    return ["solution.npz", *dict.fromkeys(f"{picture}.png" for picture in ("profile", *options.plot)), *films]
+
+
+def _earlier(folder: Path) -> list[str]:
+    """Names of the pictures that an earlier ``fvkit run`` wrote into its folder, as its solution says; none outside."""
+    try:
+        with np.load(folder / "solution.npz", allow_pickle=False) as kept:
+            names = list(json.loads(str(kept["configuration"]))[FILES])
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+        return []
+    return [name for name in names if isinstance(name, str) and Path(name).suffix in (".png", ".gif", ".mp4")
+            and (folder / name).resolve().is_relative_to(folder.resolve())]
 
 
 def _draw(solution: Solution, kind: str, path: Path) -> None:
@@ -209,7 +243,7 @@ def _bench(options: argparse.Namespace) -> int:
     _validate.whole(options.repeats, "--repeats", at_least=1)
     for order in options.orders:
         _validate.choice(order, "--orders", ORDERS)
-    usable_folder(options.out, "--out")
+    usable_folder(options.out, "--out", ("bench.json", "bench.png"))
     result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
                                           progress=_teller()))
     folder = result.save(options.out)
@@ -230,12 +264,16 @@ def _compare(options: argparse.Namespace) -> int:
     models = pick(options.models, "--models", MODELS)
     for name in (name for pair in options.plot_axes for name in pair):
         _validate.choice(name.partition(".")[0], "--plot-axes", AXES)
-    folder = usable_folder(_folder(options, "compare", scene_label(options.scene)), "--out")
+        _validate.choice(name, "--plot-axes", _columns(chosen, models))
+    pictures = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
+    folder = usable_folder(_folder(options, "compare", scene_label(options.scene)), "--out",
+                           ("report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *pictures))
     tell = _teller()
     report, stopped = done_so_far(partial(compare, chosen, models, cells=options.cells, repeats=options.repeats,
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:
         tell("")
+    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)])
     report.save(folder)
     for x, y in () if stopped else options.plot_axes:
         write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
@@ -245,6 +283,21 @@ def _compare(options: argparse.Namespace) -> int:
     print(table[-1])
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
     return INTERRUPTED if stopped else SUCCESS if finished else FAILED
+
+
+def _columns(scene: Scene, models: list[Any]) -> list[str]:
+    """Names that columns of report.csv will have: those of `AXES`, by quantity where there are several."""
+    result = dict.fromkeys(name for name in AXES if name not in BY_QUANTITY and name != "mass_drift")
+    for problem in (scene.problem(model, 10) for model in models):
+        names = compared(problem.model.observables(problem.q0, problem.aux_averages))
+        result |= dict.fromkeys(f"{column}.{name}" for column in BY_QUANTITY for name in names)
+        result |= dict.fromkeys(f"mass_drift.{problem.model.conserved[row]}" for row in problem.model.mass_rows())
+    return list(result)
+
+
+def _drawn_over(name: str) -> bool:
+    """Whether a picture has a name that --plot-axes gives."""
+    return all(axis.partition(".")[0] in AXES for axis in name.split("-over-"))
 
 
 def _schemes(options: argparse.Namespace) -> dict[str, Any]:

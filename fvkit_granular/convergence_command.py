@@ -13,7 +13,7 @@ from fvkit.io import usable_folder
 from fvkit.study.convergence import NORMS
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
-from fvkit_granular.scheme_options import add_scheme_options, pick, schemes_of
+from fvkit_granular.scheme_options import add_scheme_options, pick, scheme_of
 
 Teller = Callable[[], Callable[[str], None] | None]
 
@@ -37,10 +37,10 @@ def register(commands: Any, teller: Teller) -> None:
 def _convergence(teller: Teller, options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
     model = pick([options.model], "--model", MODELS)[0]
-    (scheme,) = schemes_of(options)
+    scheme = scheme_of(options)
     wanted = None if options.expect is None else _validate.real(options.expect, "--expect")
     if options.out is not None:
-        usable_folder(options.out, "--out")
+        usable_folder(options.out, "--out", ("convergence.json", "convergence.png"))
     tell = teller()
     found, stopped = done_so_far(partial(convergence, partial(chosen.problem, model), scheme, options.cells,
                                          chosen.known_reference(), norm=options.norm, backend=options.backend, progress=tell))

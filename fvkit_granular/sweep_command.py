@@ -12,12 +12,12 @@ from typing import Any
 
 from fvkit import Keep, Samples, Scheme, _validate, sweep
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
-from fvkit.io import usable_folder
+from fvkit.io import remove, usable_folder
 from fvkit.sweeps import SweepResult
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SUFFIX
 from fvkit_granular.scene_run import SceneRun
-from fvkit_granular.scheme_options import schemes_of
+from fvkit_granular.scheme_options import scheme_of
 from fvkit_granular.toml_source import toml_text
 
 #: Keys of a file; those without a default must be there.
@@ -55,12 +55,13 @@ EXAMPLE = """  scene = "debris-slope"
 def _sweep(options: argparse.Namespace) -> int:
     run, keep, samples = read(options.file)
     folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
-    usable_folder(folder, "--out")
+    usable_folder(folder, "--out", ("sweep.csv", "sweep.nc"))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
     with _executor(options.dask) as executor:
         result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
                                               folder=folder / "members", progress=sys.stderr.isatty()))
+    remove(folder, ("sweep.csv", "sweep.nc"))
     written = ["members/", result.save(folder / "sweep.csv").name, *_netcdf(result, folder)]
     count = int(result.finished.sum())
     print(f"{options.file.name}: {count} of {len(samples)} members finished, {result.elapsed:.3g} s")
@@ -161,4 +162,4 @@ def _scheme(given: Any) -> Scheme | None:
         raise ValueError(f"`scheme` must be a table with any of {', '.join(SCHEME)}, got {given!r}")
     for key in given:
         _validate.choice(key, "key of scheme", SCHEME)
-    return schemes_of(argparse.Namespace(**{key: given.get(key) for key in SCHEME}))[0] if given else None
+    return scheme_of(argparse.Namespace(**{key: given.get(key) for key in SCHEME})) if given else None

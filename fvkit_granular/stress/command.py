@@ -11,11 +11,14 @@ from typing import Any
 from fvkit import _validate
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
-from fvkit.io import usable_folder
+from fvkit.io import remove, usable_folder
 from fvkit_granular.scene_file import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.randomly import HIGH, pairs, plan, random_stress
 from fvkit_granular.stress.suite import MODELS, SOLVERS, stress
+
+#: What the command writes, the one or the other.
+WRITTEN = ("stress.json", "stress.txt", "stress.png", "report.json", "report.csv", "report.png")
 
 
 def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) -> None:
@@ -52,11 +55,12 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
         _validate.choice(order, "--orders", (1, 2, HIGH))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
-    usable_folder(options.out, "--out")
+    usable_folder(options.out, "--out", WRITTEN)
     if options.random is not None:
         return _random(options)
     report, stopped = done_so_far(partial(stress, options.full, scenes or None, backends=options.backends,
                                           workers=options.workers, progress=tell))
+    remove(options.out, WRITTEN)
     folder = report.save(options.out)
     if tell is not None:
         tell("")
@@ -71,6 +75,7 @@ def _random(options: argparse.Namespace) -> int:
     print(plan(count, pairs(options.models, options.riemann), options.orders, options.workers or os.cpu_count() or 1), flush=True)
     report, stopped = done_so_far(partial(random_stress, count, seed, options.models, options.riemann, options.orders,
                                           first=first, workers=options.workers, progress=sys.stderr.isatty()))
+    remove(options.out, WRITTEN)
     folder = report.save(options.out)
     print(report.summary())
     print(f"written to {folder}/: report.json, report.csv, report.png")
