@@ -146,7 +146,8 @@ def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators) -
         (any(side.closed for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
          "run is predicted"),
         (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
-        (not all(isinstance(side, (Outflow, Wall, Periodic)) for side in sides), "what an inflow, or another end, brings"),
+        (not all(isinstance(side, (Outflow, Wall, Periodic)) for side in sides), "what the inflow brings is not in the "
+         "prediction, nor what ends do that are neither walls, periodic nor fv.Outflow()"),
         (differ and uneven > UNEVEN, f"a bottom that varies by more than {UNEVEN:g} of the mean depth"),
         (differ and numbers.froude > FAST, f"a flow that starts with a Froude number above {FAST:g}"),
         (differ and not LIGHT <= scene.gamma <= HEAVY, f"a density ratio gamma outside {LIGHT:g} to {HEAVY:g}"),
