@@ -99,7 +99,7 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
 def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
     """Return what `Stepper.restore` needs."""
     result = {"now": archive.numbers("now", problem.q0.shape), "real": archive.numbers("real", (4,)),
-              "count": archive.numbers("count", (5,), "i"), "clock": archive.numbers("clock", ()),
+              "count": archive.numbers("count", (7,), "i"), "clock": archive.numbers("clock", ()),
               "masses": archive.numbers("masses", (2, max(1, len(problem.model.mass_rows()))))}
     if not (np.isfinite(result["now"]).all() and np.isfinite(result["real"][0]) and result["real"][1] > 0.0):
         raise archive.refused("its state, time or step is no number")

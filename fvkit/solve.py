@@ -148,6 +148,8 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: O
     except BaseException:
         frames.abandon()
         raise
+    if stepper.only_films_lost:
+        stepper.warn_lost()
     solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, fate.status, stepper.stats(),
                         _sentence(fate, orders), kept())
     if fate.failure is not None:

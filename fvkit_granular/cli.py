@@ -192,7 +192,9 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
           f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
     print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
-          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
+          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}"
+          + (f", {stats.nonhyperbolic_films} of them in films below 5 cm, the deepest {stats.deepest_nonhyperbolic:.3g} m"
+             if stats.nonhyperbolic_faces else ""))
     if reference is not None:
         found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}

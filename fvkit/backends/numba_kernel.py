@@ -93,7 +93,7 @@ class NumbaKernel(Kernel):
     def scratch(self) -> tuple[np.ndarray, ...]:
         """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces."""
         row, ends = TILE + SPARE, (2, max(len(self.mass_rows), 1))
-        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(2, dtype=np.int64)
+        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64)
 
     def boundary_values(self, *times: float) -> np.ndarray:
         """What the boundaries give to their ghosts at each time, a row for each side."""
