@@ -52,9 +52,12 @@ def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace:
     return target
 
 
-def remove(folder: Path, names: Iterable[str]) -> None:
-    """Remove the files of those names from a folder: results of an earlier run would pass for those of this one."""
-    for name in names:
+def remove(folder: Path, names: Iterable[str], but: Iterable[str] = ()) -> None:
+    """Remove the files of those names, but for some, from a folder: of an earlier run, they would pass for results of this one.
+
+    To be asked when the new files are written, so that a full disk leaves the old ones.
+    """
+    for name in set(names) - set(but):
         (folder / name).unlink(missing_ok=True)
 
 

@@ -174,8 +174,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = _folder(options, "run", name)
     folder.mkdir(parents=True, exist_ok=True)
-    remove(folder, _earlier(folder))
-    written = _written(options)
+    earlier, written = _earlier(folder), _written(options)
     solution.configuration[FILES] = written
     solution.save(folder / written[0])
     for picture, kind in ({"profile": "state"} | {kind: kind for kind in options.plot}).items():
@@ -184,6 +183,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         film = folder / checked_film(options.animate)
         film.parent.mkdir(parents=True, exist_ok=True)
         solution.animate(film, "profile")
+    remove(folder, earlier, but=written)
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
     named = settings(build(solution.configuration["scheme"]))
     print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
@@ -275,10 +275,10 @@ def _compare(options: argparse.Namespace) -> int:
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:
         tell("")
-    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)])
     report.save(folder)
     for x, y in () if stopped else options.plot_axes:
         write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
+    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=() if stopped else pictures)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
     print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))

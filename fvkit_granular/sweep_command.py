@@ -61,8 +61,8 @@ def _sweep(options: argparse.Namespace) -> int:
     with _executor(options.dask) as executor:
         result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
                                               folder=folder / "members", progress=sys.stderr.isatty()))
-    remove(folder, ("sweep.csv", "sweep.nc"))
     written = ["members/", result.save(folder / "sweep.csv").name, *_netcdf(result, folder)]
+    remove(folder, ("sweep.nc",), but=written)
     count = int(result.finished.sum())
     print(f"{options.file.name}: {count} of {len(samples)} members finished, {result.elapsed:.3g} s")
     for name, values in result.table.items():

@@ -17,8 +17,8 @@ from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.randomly import HIGH, pairs, plan, random_stress
 from fvkit_granular.stress.suite import MODELS, SOLVERS, stress
 
-#: What the command writes, the one or the other.
-WRITTEN = ("stress.json", "stress.txt", "stress.png", "report.json", "report.csv", "report.png")
+#: What the command writes: of hard scenes, or of random ones.
+JUDGED, RANDOM = ("stress.json", "stress.txt", "stress.png"), ("report.json", "report.csv", "report.png")
 
 
 def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) -> None:
@@ -55,13 +55,13 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
         _validate.choice(order, "--orders", (1, 2, HIGH))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
-    usable_folder(options.out, "--out", WRITTEN)
+    usable_folder(options.out, "--out", (*JUDGED, *RANDOM))
     if options.random is not None:
         return _random(options)
     report, stopped = done_so_far(partial(stress, options.full, scenes or None, backends=options.backends,
                                           workers=options.workers, progress=tell))
-    remove(options.out, WRITTEN)
     folder = report.save(options.out)
+    remove(folder, RANDOM)
     if tell is not None:
         tell("")
     print(report.summary())
@@ -75,8 +75,8 @@ def _random(options: argparse.Namespace) -> int:
     print(plan(count, pairs(options.models, options.riemann), options.orders, options.workers or os.cpu_count() or 1), flush=True)
     report, stopped = done_so_far(partial(random_stress, count, seed, options.models, options.riemann, options.orders,
                                           first=first, workers=options.workers, progress=sys.stderr.isatty()))
-    remove(options.out, WRITTEN)
     folder = report.save(options.out)
+    remove(folder, JUDGED)
     print(report.summary())
     print(f"written to {folder}/: report.json, report.csv, report.png")
     return INTERRUPTED if stopped else SUCCESS if report.success else FAILED
