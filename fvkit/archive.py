@@ -13,6 +13,7 @@ from numpy.lib import format as npy
 
 from fvkit import _validate
 from fvkit._validate import file
+from fvkit.errors import Portable
 from fvkit.io import write_whole
 
 _HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -36,7 +37,7 @@ def fill(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
 TOLD = 300
 
 
-class Unreadable(ValueError):
+class Unreadable(Portable, ValueError):
     """A file that cannot be used; the message names it and says why."""
 
     def __init__(self, path: Path, reason: object) -> None:
@@ -118,9 +119,10 @@ class Archive:
         except ValueError as error:
             raise self.refused(f"{name!r} is no text ({error})") from None
 
-    def numbers(self, name: str, shape: tuple[int | None, ...], kind: str = "f") -> np.ndarray:
-        """The array of that name; None in ``shape`` for any length, ``kind`` f for floats of 8 bytes, i for integers."""
+    def numbers(self, name: str, shape: tuple[int | None, ...] | None, kind: str = "f") -> np.ndarray:
+        """The array of that name; None for any shape, in it for any length, ``kind`` f for floats of 8 bytes, i for integers."""
         value = self._get(name)
+        shape = value.shape if shape is None else shape
         allowed = ", ".join("any" if length is None else str(length) for length in shape)
         if value.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, value.shape, strict=True)):
             raise self.refused(f"{name!r} must have shape ({allowed}), got {value.shape}")

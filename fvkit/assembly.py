@@ -1,5 +1,7 @@
 """What a scheme and a problem make together: the parts of a run, checked."""
 
+from typing import Any
+
 import numpy as np
 
 from fvkit import _validate, answers, contract
@@ -18,6 +20,9 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
     chosen = default_scheme(problem) if scheme is None else _validate.instance(scheme, "scheme", Scheme)
     parts = parts_of(problem, chosen)
     check_parts(problem, parts)
+    chosen.splitting.check()
+    if chosen.time_integrator is not None:
+        chosen.time_integrator.check()
     chosen = cautioned(problem, chosen, parts)
     return chosen, parts if problem.background is None else chosen.around(parts)
 
@@ -64,3 +69,27 @@ def check_parts(problem: Problem, parts: Parts) -> None:
     for limiter in parts.limiters:
         contract.read(type(limiter), ("phi",))
         contract.rehearse_value(limiter, "phi", (np.linspace(-1.0, 3.0, count), np.full(count, 0.5)), count)
+    with np.errstate(all="ignore"):
+        _check_numbers(parts, face[1:5])
+
+
+def _check_numbers(parts: Parts, face: tuple[Any, ...]) -> None:
+    """Refuse parts that run but break a promise of their contract: such runs converge to something else, without a word."""
+    ql, qr, auxl, auxr = face
+    jump = parts.model.jump(ql, qr, auxl, auxr)
+    waves, _ = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+    contract.agree(parts.riemann, "solve", tuple(sum(rows) for rows in zip(*waves, strict=True)), jump,
+                   "the waves must add up to the jump", max(np.max(np.abs(row)) for wave in waves for row in wave))
+    if parts.reconstruction is not None:
+        means, right = np.array([-2.0, 0.0, 1e-3, 1.0]), parts.reconstruction.right
+        contract.agree(parts.reconstruction, "right", right(*[means] * 5), means, "must return the mean that five cells share")
+        if parts.reconstruction.reach == 1:
+            a, b, c, d, e = (means + shift for shift in (0.3, 0.1, 0.7, 0.4, 0.9))
+            contract.agree(parts.reconstruction, "right", right(a, b, c, d, e), right(e, b, c, d, a),
+                           "`reach` is 1, so that the first and the last mean must not count")
+    nu = np.linspace(0.1, 1.0, 4)
+    for limiter in parts.limiters:
+        theta = np.array([1.0, 1.0, 1.0, 1.0] if limiter.limits else [-1.0, 0.0, 0.5, 3.0])
+        contract.agree(limiter, "phi", limiter.phi(theta, nu), np.ones(4),
+                       "must be 1 for theta = 1, else the scheme is not of second order" if limiter.limits else
+                       "`limits` is False, so that it must be 1 for every theta")

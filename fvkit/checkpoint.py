@@ -2,20 +2,23 @@
 
 import json
 import time as clock
+import warnings
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
+import numpy as np
 
 from fvkit import _validate
-from fvkit.archive import write_archive
-from fvkit.configuration import describe, effective
+from fvkit.archive import Archive, write_archive
+from fvkit.configuration import describe, effective, fields_of
+from fvkit.observers import Observer
 from fvkit.recording import Frames
 from fvkit.solution import Status
+from fvkit.step_length import intervals
+from fvkit.stepper import Stepper
 from fvkit.stopping import Stop
-
-if TYPE_CHECKING:
-    from fvkit.stepper import Stepper
 
 #: What the first entry of a file says it is.
 FORMAT = "fvkit checkpoint 2"
@@ -61,9 +64,10 @@ class Checkpoint:
 class Saver:
     """Writes the checkpoints of one run."""
 
-    def __init__(self, checkpoint: Checkpoint, stepper: "Stepper", frames: Frames, targets: list[float],
-                 stop: Stop | None) -> None:
+    def __init__(self, checkpoint: Checkpoint, stepper: Stepper, frames: Frames, targets: list[float], stop: Stop | None,
+                 observers: Iterable[Any]) -> None:
         self.checkpoint, self._stop = checkpoint, stop
+        self._observers = [observer for observer in observers if isinstance(observer, Observer)]
         self._stepper, self._frames, self._targets = stepper, frames, targets
         self._wall, self._t = clock.perf_counter(), stepper.t
         self._last: tuple[float, int] | None = None
@@ -88,20 +92,59 @@ class Saver:
         """Write a checkpoint if one is due."""
         seconds, interval = self.checkpoint.seconds, self.checkpoint.interval
         if ((seconds is not None and clock.perf_counter() - self._wall >= seconds)
-                or (interval is not None and self._stepper.t - self._t >= interval)):
+                or (interval is not None and intervals(self._t, self._stepper.t, interval) >= 1)):
             self.write()
 
     def write(self) -> None:
         """Write a checkpoint."""
         stepper, frames = self._stepper, self._frames
         problem = stepper.problem
+        watched = [(observer, notes) for observer in self._observers if (notes := observer.notes(stepper)) is not None]
         plan = {"seconds": self.checkpoint.seconds, "interval": self.checkpoint.interval, "nonhyperbolic": stepper.nonhyperbolic,
-                "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._stop)}
+                "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._stop),
+                "observers": [{**fields_of(observer), "notes": list(notes)} for observer, notes in watched]}
         kept = effective(problem, stepper.scheme, stepper.stats(), Status.INTERRUPTED, "to be continued with fv.resume")
         write_archive(self.checkpoint.path, {
             "format": FORMAT, "t": frames.t, "q": frames.q, "times": self._targets, **stepper.snapshot(),
             **{f"aux_{name}": values for name, values in problem.aux_averages.items()},
             **({} if problem.background is None else {"background": problem.background_averages}),
+            **{_entry(k, name): np.array(values, dtype=float) for k, (_, notes) in enumerate(watched)
+               for name, values in notes.items()},
             "plan": json.dumps(plan), "configuration": json.dumps(kept, allow_nan=False)})
         self._wall, self._t = clock.perf_counter(), stepper.t
         self._last = stepper.t, stepper.steps
+
+
+def _entry(number: int, name: str) -> str:
+    """Name of the notes of an observer in a file."""
+    return f"observer_{number}_{name}"
+
+
+def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
+    """Give observers their notes of a run up to its checkpoint; warn where the file has none.
+
+    Parameters
+    ----------
+    observers : of the run that goes on; they are found in the file by their class and fields.
+    stepper : where the checkpoint is.
+    archive, kept : the file, and what its plan says of observers.
+    """
+    if not (isinstance(kept, list) and all(isinstance(one, dict) and isinstance(one.get("notes"), list) for one in kept)):
+        raise archive.refused("its plan does not say which observers it has the notes of")
+    waiting = [({key: value for key, value in one.items() if key != "notes"}, k, one["notes"]) for k, one in enumerate(kept)]
+    for observer in observers:
+        if not isinstance(observer, Observer):
+            continue
+        wanted = json.loads(json.dumps(fields_of(observer)))
+        found = next((one for one in waiting if one[0] == wanted), None)
+        if found is not None:
+            waiting.remove(found)
+            _, k, names = found
+            try:
+                observer.go_on(stepper, {name: archive.numbers(_entry(k, name), None) for name in names})
+            except (KeyError, TypeError, ValueError) as error:
+                raise archive.refused(f"the notes of its {type(observer).__name__} cannot be used: {error}") from None
+        elif stepper.steps:
+            known = ", ".join(str(one["class"]) for one, _, _ in waiting) or "none"
+            warnings.warn(f"{_validate.shown(observer)} sees the run from t = {stepper.t:.6g} on alone: {archive.path} has no "
+                          f"notes of an observer of its class with its fields (of others: {known})", RuntimeWarning, stacklevel=3)

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import entry_points
+from io import TextIOWrapper
 from typing import Any, TextIO
 
 from fvkit import __version__
@@ -52,6 +53,9 @@ def build_parser() -> Parser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a name that the console cannot spell must not cost the result
     parser = build_parser()
     try:
         options = parser.parse_args(arguments)
@@ -82,6 +86,18 @@ def _say(message: str, end: str = "") -> None:
     """Write one line on stderr, cut where a value in it is too long to be read."""
     line = " ".join(message.split())
     print(f"fvkit: {line if len(line) <= LONGEST else line[:LONGEST] + '...'}{end}", file=sys.stderr)
+
+
+def done_so_far(study: Callable[[], Any]) -> tuple[Any, bool]:
+    """Return the result of a study, and whether Ctrl-C ended it: then the result is what was done so far."""
+    try:
+        return study(), False
+    except KeyboardInterrupt as error:
+        found = getattr(error, "result", None)
+        if found is None:
+            raise
+        _say("interrupted: what follows is what was done so far")
+        return found, True
 
 
 @contextmanager

@@ -64,13 +64,18 @@ def describe(value: Any) -> Any:
         plain = {key: describe(item) for key, item in value.items()}
         return {MAPPING: plain} if RESERVED & plain.keys() else plain
     if isinstance(value, BASES):
-        kind: Any = type(value)
-        return {CLASS: kind.__name__, MODULE: kind.__module__,
-                **{field.alias: describe(getattr(value, field.name)) for field in attrs.fields(kind) if field.init}}
+        return fields_of(value)
     if callable(value):
         own = getattr(value, "__name__", type(value).__qualname__)  # all that a ufunc of NumPy 1 has
         return {CALLABLE: f"{getattr(value, '__module__', None)}.{getattr(value, '__qualname__', own)}"}
     return {OBJECT: f"{type(value).__module__}.{type(value).__qualname__}"}
+
+
+def fields_of(value: Any) -> dict[str, Any]:
+    """Return an instance of an attrs class as plain data: its class and its fields."""
+    kind: Any = type(value)
+    return {CLASS: kind.__name__, MODULE: kind.__module__,
+            **{field.alias: describe(getattr(value, field.name)) for field in attrs.fields(kind) if field.init}}
 
 
 def _rows(value: Any) -> Any:

@@ -4,7 +4,7 @@ Two checks, both before the first step. *Reading*: the bytecode of a method and 
 read, not rewritten, and anything that cannot work on arrays and on compiled scalars alike is refused with
 file, line and rule. *Rehearsal*: the method runs once on a few cells of the real initial state, and its
 result must be a tuple with the right number of components of the right shape. What the user's own code
-raises there passes through unchanged.
+raises there passes through unchanged. `agree` then compares numbers with what the part's contract promises.
 """
 
 import builtins
@@ -22,6 +22,8 @@ from fvkit.part import Part
 _BUILDERS = ("LIST_APPEND", "SET_ADD", "MAP_ADD", "YIELD_VALUE")
 #: Functions of Python that cannot look at arrays, and what can.
 _SCALAR = {"max": "fv.maximum(a, b)", "min": "fv.minimum(a, b)"}
+#: Share of the largest value by which rounding may miss what a contract promises.
+ROUNDING = 1e-10
 _CONSTANTS = (bool, int, float, tuple, type(None), np.generic)
 
 
@@ -176,6 +178,24 @@ def rehearse_waves(part: Part, method: str, arguments: tuple[Any, ...], componen
         verify(wave, components, length, f"{where}, wave {k}")
     _verify_local(part, method, arguments, result, length)
     return len(waves)
+
+
+def agree(part: Part, method: str, found: Any, wanted: Any, rule: str, size: float = 0.0) -> None:
+    """Raise ValueError where a method's values miss those that its contract promises by more than rounding; NaN passes.
+
+    Parameters
+    ----------
+    part, method : who answered.
+    found, wanted : rows of values, or one row.
+    rule : what the contract says.
+    size : of the numbers that ``found`` was added up of; rounding is a share of that, or of the largest value of a row.
+    """
+    one, other = np.broadcast_arrays(*(np.array(np.broadcast_arrays(*_leaves(rows))) for rows in (found, wanted)))
+    gap, largest = np.abs(one - other), np.fmax(np.abs(one), np.abs(other)).max(axis=-1, keepdims=True)
+    wrong = gap > ROUNDING * np.fmax(largest, size)
+    if wrong.any():
+        worst = np.unravel_index(np.argmax(np.where(wrong, gap, 0.0)), gap.shape)
+        raise ValueError(f"{_where(part, method)}: {rule}, got {one[worst]:.8g} where {other[worst]:.8g} is right")
 
 
 def _run(part: Part, method: str, arguments: tuple[Any, ...]) -> Any:

@@ -1,11 +1,15 @@
 """Time integrators of the method of lines, as tables of Shu and Osher's form."""
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import attrs
 
 #: Rows of coefficients of a lower triangular table.
 Table = tuple[tuple[float, ...], ...]
+
+#: By how much a sum of coefficients may miss what it must be: tables are printed with so many digits.
+PRINTED = 1e-12
 
 
 @attrs.frozen
@@ -19,6 +23,7 @@ class Integrator:
        None: then nothing promises non-negative depths.
     4. ``implicit``, where not empty, is the table of S in Butcher's form with the same alpha, its diagonal included:
        row k belongs to u_{k+1}, whose last entry makes it implicit, and ``weights`` are those of the new state.
+    5. `check` holds: each row of alpha adds up to 1, the last state is that after dt, and so many Euler steps are in it.
     """
 
     alpha: ClassVar[Table] = ()
@@ -32,6 +37,29 @@ class Integrator:
         if not cls.alpha:
             raise TypeError(f"{cls.__name__} is abstract: take fv.SSPRK104() or another, or set `alpha` and `beta`")
         return super().__new__(cls)
+
+    def check(self) -> None:
+        """Raise ValueError, with the row and what is wrong, for tables that are no consistent method."""
+        name, when = type(self).__name__, [0.0]
+        if len(self.beta) != len(self.alpha):
+            raise ValueError(f"alpha and beta of {name} must have as many rows each, got {len(self.alpha)} and {len(self.beta)}")
+        for k, (alpha, beta) in enumerate(zip(self.alpha, self.beta, strict=True)):
+            if max(len(alpha), len(beta)) > k + 1:
+                raise ValueError(f"row {k} of the tables of {name} may look at {k + 1} states, got {alpha} and {beta}")
+            _sum(alpha, 1.0, f"row {k} of alpha of {name}", "the state that was there is kept")
+            when.append(sum(a * t for a, t in zip(alpha, when, strict=False)) + sum(beta))
+            steps = min((a / b if b > 0.0 else 0.0 for a, b in zip((*alpha, *[0.0] * k), beta, strict=False) if b), default=0.0)
+            if self.ssp is not None and steps < self.ssp * (1.0 - PRINTED):
+                raise ValueError(f"`ssp` of {name} must be at most alpha/beta of every entry, {steps:g} in row {k}, or None for "
+                                 f"no promise; got {self.ssp:g}")
+        _sum(when[-1:], 1.0, f"the time of the last state of {name}", "in units of dt, which alpha and beta tell")
+        if self.implicit:
+            _sum(self.weights, 1.0, f"`weights` of {name}", "those of the sources in the new state")
+
+
+def _sum(values: Sequence[float], wanted: float, name: str, why: str) -> None:
+    if not abs(sum(values) - wanted) <= PRINTED:
+        raise ValueError(f"{name} must add up to {wanted:g} ({why}), got {sum(values):.15g}")
 
 
 @attrs.frozen

@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
@@ -52,10 +52,20 @@ def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace:
     return target
 
 
-def usable_folder(path: str | Path, name: str) -> Path:
+def remove(folder: Path, names: Iterable[str], but: Iterable[str] = ()) -> None:
+    """Remove the files of those names, but for some, from a folder: of an earlier run, they would pass for results of this one.
+
+    To be asked when the new files are written, so that a full disk leaves the old ones.
+    """
+    for name in set(names) - set(but):
+        (folder / name).unlink(missing_ok=True)
+
+
+def usable_folder(path: str | Path, name: str, files: Iterable[str] = ()) -> Path:
     """Return a folder if files can be written into it, or raise ValueError naming ``name``: to be asked before a long run.
 
-    It may be missing: it is made for the trial, and removed again.
+    It may be missing: it is made for the trial, and removed again. Of ``files``, which will be written there, none may be a
+    folder.
     """
     target, made = _validate.file(path, name), []
     try:
@@ -69,6 +79,9 @@ def usable_folder(path: str | Path, name: str) -> Path:
         for folder in made:
             with suppress(OSError):  # what was not made
                 folder.rmdir()
+    for file in files:
+        if (target / file).is_dir():
+            raise ValueError(f"`{name}` must be a folder to write {file} into, got {str(path)!r}, where that is a folder")
     return target
 
 

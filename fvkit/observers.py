@@ -1,6 +1,7 @@
 """Observers: what is noted during a run, without keeping its states. They go into ``observers`` of `fvkit.solve`."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
@@ -8,6 +9,7 @@ import numpy as np
 
 from fvkit import _validate
 from fvkit.problem import Problem
+from fvkit.step_length import intervals
 from fvkit.stepper import Stepper
 
 
@@ -17,12 +19,16 @@ class Observer(ABC):
 
     1. ``begin(problem)`` is called when a run starts; it forgets the run before.
     2. ``see(problem, t, q)`` is called with the start, t and q (num_eqn, n), and then after each accepted step; q is a view
-       that the next step changes. A run that `fvkit.resume` continues is seen from there on.
+       that the next step changes.
+    3. ``record()`` returns the notes so far, {name: array}, and ``recall(problem, record)`` takes such notes back, after
+       ``begin``, or raises ValueError. A checkpoint keeps them, so that an observer of the same class and fields goes on with a
+       run that `fvkit.resume` continues. Without them the run is seen from there on, which `fvkit.resume` says.
 
     A run with observers comes back to Python after every step: about ten microseconds each (measured), beside their own work.
     """
 
     _stepper: Stepper | None = attrs.field(default=None, init=False, repr=False)
+    _steps: int = attrs.field(default=0, init=False, repr=False)
 
     def __call__(self, stepper: Stepper) -> None:
         """Take the notes of a step."""
@@ -33,6 +39,21 @@ class Observer(ABC):
             if stepper.steps == 1:
                 self.see(problem, problem.t_start, problem.q0)
         self.see(problem, stepper.t, stepper.q)
+        self._steps = stepper.steps
+
+    def notes(self, stepper: Stepper) -> dict[str, np.ndarray] | None:
+        """What a checkpoint of a run keeps of this observer; None where it has not begun, or keeps no record."""
+        record = self.record() if self._stepper is stepper else None
+        return None if record is None else {**record, "steps": np.array(float(self._steps))}
+
+    def go_on(self, stepper: Stepper, notes: Mapping[str, np.ndarray]) -> None:
+        """Take `notes` back, where a run goes on; ValueError where they are not those of such an observer."""
+        problem = stepper.problem
+        self._stepper, self._steps = stepper, stepper.steps
+        self.begin(problem)
+        self.recall(problem, {name: values for name, values in notes.items() if name != "steps"})
+        if notes["steps"] < stepper.steps:  # an exception came between the step and its notes
+            self.see(problem, stepper.t, stepper.q)
 
     @abstractmethod
     def begin(self, problem: Problem) -> None:
@@ -41,6 +62,14 @@ class Observer(ABC):
     @abstractmethod
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
         """Take notes of the state at a time."""
+
+    def record(self) -> dict[str, np.ndarray] | None:
+        """Return all notes as arrays of floats; None keeps no record."""
+        return None
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        """Take the notes of a `record` back."""
+        raise NotImplementedError(f"{type(self).__name__} defines `record`, so it must define `recall`")
 
 
 @attrs.define
@@ -65,9 +94,9 @@ class _Series:
     def __getitem__(self, name: str) -> np.ndarray:
         return self._values[name][:self._count] if name in self._values else np.empty(0)
 
-    def names(self) -> tuple[str, ...]:
-        """All names."""
-        return tuple(self._values)
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The values of all names."""
+        return {name: self[name] for name in self._values}
 
 
 def _positions(value: Any) -> np.ndarray:
@@ -81,8 +110,8 @@ class Gauge(Observer):
     Parameters
     ----------
     x : one position or several, m, within the grid.
-    dt : time between two entries, s: the first step at or after each multiple from the start is noted, and no step is
-        shortened for it; None notes every accepted step.
+    dt : time between two entries, s: the first step at or after each multiple from the start (a millionth of ``dt`` is
+        rounding) is noted, and no step is shortened for it; None notes every accepted step.
 
     Attributes
     ----------
@@ -113,11 +142,23 @@ class Gauge(Observer):
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
         if self.dt is not None:
-            if t < problem.t_start + self._next * self.dt:
+            passed = intervals(problem.t_start, t, self.dt)
+            if passed < self._next:
                 return
-            self._next = int((t - problem.t_start) / self.dt) + 1
+            self._next = passed + 1
         aux = {name: values[self._cells] for name, values in problem.aux_averages.items()}
         self._series.add({"": t, **problem.model.observables(q[:, self._cells], aux)})
+
+    def record(self) -> dict[str, np.ndarray]:
+        return self._series.arrays()
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        count = len(record[""])
+        if any(values.shape != (count, len(self.x)) for name, values in record.items() if name):
+            raise ValueError(f"a Gauge of {len(self.x)} positions has as many columns for each of its {count} times")
+        self._series = _Series(dict(record), count)
+        if self.dt is not None and count:
+            self._next = intervals(problem.t_start, float(record[""][-1]), self.dt) + 1
 
     @property
     def t(self) -> np.ndarray:
@@ -127,7 +168,11 @@ class Gauge(Observer):
     @property
     def values(self) -> dict[str, np.ndarray]:
         """Entries, {observable: (k, number of positions)}."""
-        return {name: self._series[name] for name in self._series.names() if name}
+        return {name: values for name, values in self._series.arrays().items() if name}
+
+
+#: Maps of `Extremes`.
+_MAPS = ("largest", "smallest", "when")
 
 
 @attrs.define(eq=False)
@@ -158,6 +203,16 @@ class Extremes(Observer):
             self.when[name][values > self.largest[name]] = t
             np.maximum(self.largest[name], values, out=self.largest[name])
             np.minimum(self.smallest[name], values, out=self.smallest[name])
+
+    def record(self) -> dict[str, np.ndarray]:
+        return {f"{which} {name}": values for which in _MAPS for name, values in getattr(self, which).items()}
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        for key, values in record.items():
+            which, name = key.split(" ", 1)
+            if which not in _MAPS or values.shape != (problem.grid.num_cells,):
+                raise ValueError(f"Extremes have maps of {problem.grid.num_cells} cells, {', '.join(_MAPS)}, got {key!r}")
+            getattr(self, which)[name] = values
 
     def magnitude(self, name: str) -> np.ndarray:
         """Return the largest absolute value of an observable in each cell, (num_cells,): the top speed for a velocity."""

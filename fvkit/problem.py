@@ -150,6 +150,8 @@ class Problem:
     def _average_aux(self) -> dict[str, np.ndarray]:
         _validate.mapping(self.aux, "aux", "{'b': function}")
         for name in self.aux:
+            if not self.model.aux:
+                raise ValueError(f"`aux` must be empty, got {_validate.shown(name)}: {type(self.model).__name__} has no `aux`")
             _validate.choice(name, "aux", self.model.aux)
         n = self.grid.num_cells
         result = {}
@@ -220,8 +222,11 @@ class Problem:
             contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
             if source.defines("driven"):
                 contract.read(type(source), ("driven",), kind)
-                contract.rehearse(source, "driven", (model, q, q, tuple(q[masses[-1]] for masses, _ in model.phases), aux, 0.0), rows, count)
+                bearing = tuple(q[masses[-1]] for masses, _ in model.phases)
+                contract.rehearse(source, "driven", (model, q, q, bearing, aux, 0.0), rows, count)
             contract.rehearse(source, "rate", (model, q, aux), rows, count)
+            with np.errstate(all="ignore"):
+                contract.agree(source, "step", source.step(model, q, aux, 0.0), q, "must return the state for dt = 0")
 
 
 def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:

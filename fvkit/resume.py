@@ -10,7 +10,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.archive import Archive, Unreadable
 from fvkit.backends import BACKENDS
-from fvkit.checkpoint import FORMAT, Checkpoint
+from fvkit.checkpoint import FORMAT, Checkpoint, go_on_watching
 from fvkit.problem import Problem
 from fvkit.recording import Memory
 from fvkit.schemes import Scheme
@@ -37,7 +37,9 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     problem, scheme : None takes them from the file. They are needed where the file cannot hold a part, such as an
         inflow that is a function of time; the problem must then start from the same state.
     backend : None for that of the run; only then is the continuation the same bit for bit.
-    progress, throw, max_steps, observers : as for `solve`; steps count from the start of the run.
+    progress, throw, max_steps : as for `solve`; steps count from the start of the run.
+    observers : as for `solve`. One of the class and with the fields of an observer of the run goes on with its notes, which the
+        checkpoint keeps; for another `Observer` a warning says that it sees the run from here on.
     checkpoint : True goes on as the run did, into the same file; None or False writes none.
 
     Returns
@@ -89,14 +91,15 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
             raise
         raise archive.refused(f"its run cannot be made again: {error}") from None
     stepper.restore(snapshot)
-    chosen = again if checkpoint is True else checkpoint or None
-    return run_to_end(stepper, times, frames, Orders(observers, max_steps, stop=stop), chosen, progress, throw)
+    chosen, orders = again if checkpoint is True else checkpoint or None, Orders(observers, max_steps, stop=stop)
+    go_on_watching(orders.observers, stepper, archive, plan.get("observers", []))
+    return run_to_end(stepper, times, frames, orders, chosen, progress, throw)
 
 
 def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
     """Return what `Stepper.restore` needs."""
     result = {"now": archive.numbers("now", problem.q0.shape), "real": archive.numbers("real", (4,)),
-              "count": archive.numbers("count", (5,), "i"), "clock": archive.numbers("clock", ()),
+              "count": archive.numbers("count", (7,), "i"), "clock": archive.numbers("clock", ()),
               "masses": archive.numbers("masses", (2, max(1, len(problem.model.mass_rows()))))}
     if not (np.isfinite(result["now"]).all() and np.isfinite(result["real"][0]) and result["real"][1] > 0.0):
         raise archive.refused("its state, time or step is no number")

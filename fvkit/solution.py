@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 
 from fvkit import _validate
+from fvkit.errors import Portable
 from fvkit.grid import Grid
 from fvkit.model import Model
 
@@ -48,6 +49,8 @@ class Stats:
     backend : the one that ran.
     repaired_cells : cells whose negative mass was set to zero (never in silence).
     nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
+    nonhyperbolic_films : those of them on both sides of which the flow is shallower than 5 cm.
+    deepest_nonhyperbolic : depth of the deepest of them, m, to a micrometre; 0 for models that name no depth.
     mass_drift : {mass: relative change that boundary fluxes do not explain}; relative to all mass where that
         component starts at zero.
     """
@@ -62,6 +65,8 @@ class Stats:
     repaired_cells: int
     nonhyperbolic_faces: int
     mass_drift: dict[str, float]
+    nonhyperbolic_films: int = 0
+    deepest_nonhyperbolic: float = 0.0
 
     @property
     def ns_per_cell_step(self) -> float:
@@ -183,7 +188,7 @@ class Solution:
                                    for name, value in rows.items()) + "</table>"
 
 
-class SolveError(RuntimeError):
+class SolveError(Portable, RuntimeError):
     """A run that failed, with the partial solution.
 
     Parameters

@@ -123,7 +123,7 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: O
         _validate.instance(checkpoint, "checkpoint", Checkpoint, "such as fv.Checkpoint('run.npz')")
     if orders.stop is not None:
         orders.stop.check(problem)
-    saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets, orders.stop)
+    saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets, orders.stop, orders.observers)
     fate = Fate(stepper)
 
     def kept() -> dict[str, Any]:
@@ -148,6 +148,8 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: O
     except BaseException:
         frames.abandon()
         raise
+    if stepper.only_films_lost:
+        stepper.warn_lost()
     solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, fate.status, stepper.stats(),
                         _sentence(fate, orders), kept())
     if fate.failure is not None:
@@ -159,9 +161,12 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Frames, orders: O
 
 def _sentence(fate: Fate, orders: Orders) -> str:
     """How a run ended."""
+    stepper = fate.stepper
+    if fate.status is Status.FINISHED and stepper.t < stepper.problem.t_end:
+        return f"the last of the output times was reached, t = {stepper.t:.8g} of t_end = {stepper.problem.t_end:.8g}"
     if fate.status is not Status.STOPPED:
         return fate.message
-    return f"{fate.message}, {orders.stop}, at t = {fate.stepper.t:.8g}, step {fate.stepper.steps}"
+    return f"{fate.message}, {orders.stop}, at t = {stepper.t:.8g}, step {stepper.steps}"
 
 
 def _march(fate: Fate, targets: list[float], frames: Frames, orders: Orders, report: Callable[[float, int], None],

@@ -93,12 +93,19 @@ class Splitting(ABC):
     """Abstract splitting of a step of length dt into transport and the sources that act beside it. Contract:
 
     1. ``before`` and ``after`` are the shares of dt for which the sources act before and after the transport;
-       they add up to 1 (0 where an integrator takes the sources itself), and a share of 0 costs nothing.
+       they add up to 1 (``total``; 0 where an integrator takes the sources itself), and a share of 0 costs nothing.
     2. Sources act in the given order before the transport and in reverse order after it.
     """
 
     before: ClassVar[float]
     after: ClassVar[float]
+    total: ClassVar[float] = 1.0
+
+    def check(self) -> None:
+        """Raise ValueError where the sources would act for another time than the transport."""
+        if self.before + self.after != self.total or min(self.before, self.after) < 0.0:
+            raise ValueError(f"`before` and `after` of {type(self).__name__} must be >= 0 and add up to {self.total:g}, got "
+                             f"{self.before:g} and {self.after:g}")
 
     def __new__(cls, *arguments: Any, **named: Any) -> Any:
         if not (hasattr(cls, "before") and hasattr(cls, "after")):
@@ -120,6 +127,7 @@ class Unsplit(Splitting):
 
     before: ClassVar[float] = 0.0
     after: ClassVar[float] = 0.0
+    total: ClassVar[float] = 0.0
 
 
 @attrs.frozen

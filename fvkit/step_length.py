@@ -1,9 +1,19 @@
-"""`StepLength`: what a user says of the length of the steps, beside the Courant number."""
+"""Time that is measured out: the length of steps that a user asks for, and whole intervals that have passed."""
+
+from math import floor
 
 import attrs
 import numpy as np
 
 from fvkit._validate import optional_number
+
+#: Share of an interval by which rounding may miss its end: times are sums of many steps.
+ROUNDING = 1e-6
+
+
+def intervals(start: float, t: float, length: float) -> int:
+    """Return how many whole intervals there are from ``start`` to ``t``; one whose end is missed by rounding is whole."""
+    return floor((t - start) / length + ROUNDING)
 
 
 @attrs.frozen

@@ -11,6 +11,7 @@ import numpy as np
 from fvkit import _validate, answers
 from fvkit.assembly import assemble, parts_of
 from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, backend_for, make_kernel
+from fvkit.backends.base import FILM, MICRO
 from fvkit.model import aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes import Scheme
@@ -206,15 +207,15 @@ class Stepper:
     def _take(self, target: float, max_steps: int) -> None:
         """The same, one step at a time as long as nothing has moved."""
         march = self._march
-        known = march.lost
+        known = march.lost - march.films
         resting = self._resting
         books = tuple(book.copy() for book in march.books) if resting else ()
         started = clock.perf_counter()
         with np.errstate(all="ignore"):
             outcome = self._kernel.advance(march, target, max_steps)
         self._seconds += clock.perf_counter() - started
-        if march.lost and not known and self.nonhyperbolic == "warn":
-            self._warn_lost()
+        if not known and march.lost > march.films:
+            self.warn_lost()
         if outcome is Outcome.BAD_STATE:
             self.fail(*self._diagnosis())
         if outcome is Outcome.NO_STEP:
@@ -266,12 +267,26 @@ class Stepper:
                 return Status.INADMISSIBLE, int(np.argmin(allowed)), trial
         return Status.NON_FINITE, -1, trial
 
-    def _warn_lost(self) -> None:
+    def warn_lost(self) -> None:
+        """Warn, if asked to, where speeds turned complex: at once in a flow; at the end where it was in films alone."""
         march = self._march
+        if not march.lost or self.nonhyperbolic != "warn":
+            return
+        deepest = march.deepest / MICRO
+        if march.lost == march.films:
+            where = (f", at {march.films} faces and steps, all in films: the deepest is {100.0 * deepest:.2g} cm deep, less than "
+                     f"{100.0 * FILM:g} cm")
+        else:
+            where = f", so far {deepest:.3g} m deep" * (deepest > 0.0)
         warnings.warn(f"characteristic speeds are complex from t = {march.lost_time:.6g} on, first at "
-                      f"x = {self.problem.grid.edges[march.lost_face]:.6g}: the problem is ill-posed there and does not "
+                      f"x = {self.problem.grid.edges[march.lost_face]:.6g}{where}: the problem is ill-posed there and does not "
                       "converge. stats.nonhyperbolic_faces counts; nonhyperbolic='raise' stops, 'ignore' is silent.",
                       RuntimeWarning, stacklevel=3)
+
+    @property
+    def only_films_lost(self) -> bool:
+        """Whether speeds have turned complex in films alone."""
+        return 0 < self._march.lost == self._march.films
 
     def fail(self, status: Status, cell: int = -1, padded: np.ndarray | None = None) -> NoReturn:
         """Raise `SolveError` with what is known of the state."""
@@ -303,4 +318,5 @@ class Stepper:
         scale = [mass or start.sum() or 1.0 for mass in start]
         return Stats(march.steps, march.rejected, grid.num_cells * (march.steps + march.rejected), self._seconds,
                      kernel.compile_seconds, march.max_cfl, kernel.name, 0, march.lost,
-                     {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)})
+                     {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)}, march.films,
+                     march.deepest / MICRO)

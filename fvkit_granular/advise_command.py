@@ -2,13 +2,14 @@
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fvkit import _validate, solve
 from fvkit.backends import BACKENDS
-from fvkit.cli import SUCCESS, add_command
+from fvkit.cli import INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.study.layout import table
 from fvkit_granular.advise import Advice, advise
 from fvkit_granular.indicators import sampled
@@ -44,11 +45,11 @@ def _advise(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
     if options.validate is not None:
         count = _validate.whole(options.validate, "--validate", at_least=4)
         seed, cells = _validate.whole(options.seed, "--seed", at_least=0), _validate.whole(options.cells, "--cells", at_least=10)
-        rows = validate(count, seed, cells, options.backend, progress=tell)
+        rows, stopped = done_so_far(partial(validate, count, seed, cells, options.backend, progress=tell))
         if tell is not None:
             tell("")
         print(report(rows))
-        return SUCCESS
+        return INTERRUPTED if stopped else SUCCESS
     chosen = find_scene(options.scene)
     advice = advise(chosen, options.tol)
     print(advice)
@@ -61,9 +62,9 @@ def _checked(chosen: Scene, advice: Advice, backend: str) -> str:
     """Return a table of predicted and measured errors and run times of the models on a coarse grid, and its own error."""
     runs = [model_errors(chosen, CHECKED, backend) for _ in range(REPEATS)]
     errors, seconds = runs[0][0], [min(times) for times in zip(*(times for _, times in runs), strict=True)]
-    predicted = (advice.numbers.reduced, advice.numbers.shallow)
+    predicted = [f"{error:.1e}" if advice.valid else "not valid" for error in (advice.numbers.reduced, advice.numbers.shallow)]
     lines = [["model", "predicted", "measured", "ms", "times faster"], ["two-phase", "-", "-", f"{1e3 * seconds[0]:.3g}", "1.0"]]
-    lines += [[name, f"{one:.1e}", f"{other:.1e}", f"{1e3 * spent:.3g}", f"{seconds[0] / spent:.1f}"]
+    lines += [[name, one, f"{other:.1e}", f"{1e3 * spent:.3g}", f"{seconds[0] / spent:.1f}"]
               for name, one, other, spent in zip(("reduced", "shallow-water"), predicted, errors, seconds[1:], strict=True)]
     lines = [[f"{line[0]} (advised)" if line[0] == advice.model else line[0], *line[1:]] for line in lines]
     fine, coarse = (solve(chosen.problem(MODELS[advice.model], cells), backend=backend, nonhyperbolic="ignore").observables()["h"]

@@ -28,6 +28,7 @@ from fvkit import (
     _validate,
 )
 from fvkit.backends.numba_kernel import available
+from fvkit.interruption import keeping
 from fvkit.io import write_whole
 from fvkit.names import public_name
 from fvkit.plot import new_axes, style
@@ -200,27 +201,43 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
     -------
     Bench
         PyClaw's Fortran solvers for shallow water are measured in the same run where ``clawpack`` is installed.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the Bench of the numbers of cells that are done, None where there are none.
     """
     tell = progress or (lambda line: None)
     for order in orders:
         _validate.choice(order, "orders", ORDERS)
     chosen = backends or (("numba", "numpy") if available() else ("numpy",))
     rows: list[dict[str, Any]] = []
-    for count in cells:
-        runs: dict[Case, Run] = {}
-        for model in (TwoPhase(), Reduced(), ShallowWater()):
-            for riemann in (Relaxation(), Roe(), HLL(), Rusanov()):
-                for order in orders:
-                    for backend in chosen:
-                        case = Case(public_name(model), public_name(riemann), order, backend)
-                        tell(f"N = {count}: preparing {case.label}")
-                        runs[case] = stepping(model, riemann, order, backend, count)
-        if find_spec("clawpack") is not None:
-            runs |= {Case("shallow-water", name, order, "pyclaw"): run
-                     for (name, order), run in pyclaw_runs(count, [order for order in orders if order < 5], bottom).items()}
-        tell(f"N = {count}: measuring {len(runs)} cases")
-        started = time.perf_counter()
-        rows += measure(runs, count, repeats)
-        tell(f"N = {count}: {time.perf_counter() - started:.0f} s")
-    machine, versions = environment("fvkit", "numpy", "numba", "clawpack")
-    return Bench(rows, machine, versions)
+
+    def report() -> Bench:
+        return Bench(rows, *environment("fvkit", "numpy", "numba", "clawpack"))
+
+    with keeping(lambda: report() if rows else None):
+        for count in cells:
+            rows += _cases(count, orders, chosen, repeats, tell)
+    return report()
+
+
+def _cases(count: int, orders: Sequence[int], backends: Sequence[str], repeats: int,
+           tell: Callable[[str], None]) -> list[dict[str, Any]]:
+    """Measure everything with a number of cells."""
+    runs: dict[Case, Run] = {}
+    for model in (TwoPhase(), Reduced(), ShallowWater()):
+        for riemann in (Relaxation(), Roe(), HLL(), Rusanov()):
+            for order in orders:
+                for backend in backends:
+                    case = Case(public_name(model), public_name(riemann), order, backend)
+                    tell(f"N = {count}: preparing {case.label}")
+                    runs[case] = stepping(model, riemann, order, backend, count)
+    if find_spec("clawpack") is not None:
+        runs |= {Case("shallow-water", name, order, "pyclaw"): run
+                 for (name, order), run in pyclaw_runs(count, [order for order in orders if order < 5], bottom).items()}
+    tell(f"N = {count}: measuring {len(runs)} cases")
+    started = time.perf_counter()
+    rows = measure(runs, count, repeats)
+    tell(f"N = {count}: {time.perf_counter() - started:.0f} s")
+    return rows

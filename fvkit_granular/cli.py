@@ -1,8 +1,10 @@
 """The commands on scenes: ``fvkit scenes``, ``fvkit run``, ``fvkit compare``; others are registered here."""
 
 import argparse
+import json
 import sys
 import warnings
+import zipfile
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -12,23 +14,24 @@ import numpy as np
 
 from fvkit import Checkpoint, Solution, Status, StopAtRest, _validate, resume, solve
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.configuration import build
-from fvkit.io import usable_folder, write_whole
+from fvkit.io import remove, usable_folder, write_whole
 from fvkit.names import LIMITERS, public_name
 from fvkit.pictures import KINDS, checked_film, space_time
 from fvkit.plot import new_axes
+from fvkit.study.pictures import PICTURES
 from fvkit.study.settings import settings
 from fvkit_granular import advise_command, convergence_command, sweep_command
 from fvkit_granular.bench import ORDERS, bench
-from fvkit_granular.compare import compare, deviations
+from fvkit_granular.compare import compare, compared, deviations
 from fvkit_granular.parts import COMPARED, MODELS, RIEMANN
 from fvkit_granular.pictures import slip
-from fvkit_granular.scene import Reference
+from fvkit_granular.scene import Reference, Scene
 from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.scene_text import scene_text
 from fvkit_granular.scenes import scene, scene_names
-from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, schemes_of
+from fvkit_granular.scheme_options import WAVES, add_scheme_options, methods_of, pick, scheme_of, schemes_of
 from fvkit_granular.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest
 from fvkit_granular.stress import command as stress_command
 
@@ -36,8 +39,14 @@ from fvkit_granular.stress import command as stress_command
 AXES = ("order", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max",
         "order_observed", "mass_drift")
 
+#: Those that have a value for each quantity of the model.
+BY_QUANTITY = ("error", "error_l2", "error_max", "order_observed")
+
 #: Outputs of a film.
 FRAMES = 60
+
+#: Key of the configuration that says which files a run wrote beside its solution.
+FILES = "files"
 
 
 def register(commands: Any) -> None:
@@ -120,7 +129,12 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
     for kind in options.plot:
         _validate.choice(kind, "--plot", (*KINDS, "slip", "space-time"))
-    usable_folder(_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene)), "--out")
+    folder = _folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene))
+    usable_folder(folder, "--out", _written(options))
+    if options.animate is not None:
+        usable_folder((folder / checked_film(options.animate)).parent, "--animate")
+    if options.checkpoint is not None:
+        usable_folder(options.checkpoint.parent, "--checkpoint")
     if options.resume is not None:
         for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
             if getattr(options, name) is not None:
@@ -131,9 +145,9 @@ def _run(options: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
         problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
-    (scheme,) = schemes_of(options)
-    film = None if options.animate is None else checked_film(options.animate)
-    times = _film_times(problem.t_end, chosen.times) if film is not None or "space-time" in options.plot else chosen.times
+    scheme = scheme_of(options)
+    many = options.animate is not None or "space-time" in options.plot
+    times = _film_times(problem.t_end, chosen.times) if many else chosen.times
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
     stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
@@ -154,21 +168,26 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:
-    """Output times of a film, those of the scene among them."""
-    return tuple(np.union1d(np.linspace(0.0, t_end, FRAMES + 1)[1:], asked or ()).tolist())
+    """Output times of a film, those of the scene among them, none twice by rounding."""
+    wanted, even = np.array(asked or (t_end,)), np.linspace(0.0, t_end, FRAMES + 1)[1:]
+    near = np.isclose(even[:, None], wanted, rtol=0.0, atol=1e-9 * t_end).any(axis=1)
+    return tuple(np.union1d(even[~near], wanted).tolist())
 
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = _folder(options, "run", name)
     folder.mkdir(parents=True, exist_ok=True)
-    solution.save(folder / "solution.npz")
-    pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
-    for picture, kind in pictures.items():
+    earlier, written = _earlier(folder), _written(options)
+    solution.configuration[FILES] = written
+    solution.save(folder / written[0])
+    for picture, kind in ({"profile": "state"} | {kind: kind for kind in options.plot}).items():
         _draw(solution, kind, folder / f"{picture}.png")
-    written = ["solution.npz", *(f"{picture}.png" for picture in pictures)]
     if options.animate is not None:
-        written.append(solution.animate(folder / checked_film(options.animate), "profile").name)
+        film = folder / checked_film(options.animate)
+        film.parent.mkdir(parents=True, exist_ok=True)
+        solution.animate(film, "profile")
+    remove(folder, earlier, but=written)
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
     named = settings(build(solution.configuration["scheme"]))
     print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
@@ -177,12 +196,14 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
           f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
     print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
-          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}")
+          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}"
+          + (f", {stats.nonhyperbolic_films} of them in films below 5 cm, the deepest {stats.deepest_nonhyperbolic:.3g} m"
+             if stats.nonhyperbolic_faces else ""))
     slope = _slope(solution)
     if slope > 0.0:
         print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
     if reference is not None:
-        found = deviations(solution, reference.averages(solution.model, grid, t_end))
+        found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
     print(f"  written to {folder}/: {', '.join(written)}")
@@ -193,6 +214,21 @@ def _slope(solution: Solution) -> float:
     """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
     h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
     return steepest(solution.aux["b"], solution.grid.dx, deep(h).any(axis=0))
+def _written(options: argparse.Namespace) -> list[str]:
+    """Names of the files that ``fvkit run`` writes, the solution first."""
+    films = [] if options.animate is None else [options.animate]
+    return ["solution.npz", *dict.fromkeys(f"{picture}.png" for picture in ("profile", *options.plot)), *films]
+
+
+def _earlier(folder: Path) -> list[str]:
+    """Names of the pictures that an earlier ``fvkit run`` wrote into its folder, as its solution says; none outside."""
+    try:
+        with np.load(folder / "solution.npz", allow_pickle=False) as kept:
+            names = list(json.loads(str(kept["configuration"]))[FILES])
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+        return []
+    return [name for name in names if isinstance(name, str) and Path(name).suffix in (".png", ".gif", ".mp4")
+            and (folder / name).resolve().is_relative_to(folder.resolve())]
 
 
 def _draw(solution: Solution, kind: str, path: Path) -> None:
@@ -220,12 +256,13 @@ def _bench(options: argparse.Namespace) -> int:
     _validate.whole(options.repeats, "--repeats", at_least=1)
     for order in options.orders:
         _validate.choice(order, "--orders", ORDERS)
-    usable_folder(options.out, "--out")
-    result = bench(options.cells, options.orders, options.backends, options.repeats, progress=_teller())
+    usable_folder(options.out, "--out", ("bench.json", "bench.png"))
+    result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
+                                          progress=_teller()))
     folder = result.save(options.out)
     print(result.table())
     print(f"written to {folder}/: bench.json, bench.png")
-    return SUCCESS
+    return INTERRUPTED if stopped else SUCCESS
 
 
 def _teller() -> Callable[[str], None] | None:
@@ -240,20 +277,40 @@ def _compare(options: argparse.Namespace) -> int:
     models = pick(options.models, "--models", MODELS)
     for name in (name for pair in options.plot_axes for name in pair):
         _validate.choice(name.partition(".")[0], "--plot-axes", AXES)
-    folder = usable_folder(_folder(options, "compare", scene_label(options.scene)), "--out")
+        _validate.choice(name, "--plot-axes", _columns(chosen, models))
+    pictures = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
+    folder = usable_folder(_folder(options, "compare", scene_label(options.scene)), "--out",
+                           ("report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *pictures))
     tell = _teller()
-    report = compare(chosen, models, cells=options.cells, repeats=options.repeats, backend=options.backend,
-                     seconds=options.seconds, progress=tell, **_schemes(options))
+    report, stopped = done_so_far(partial(compare, chosen, models, cells=options.cells, repeats=options.repeats,
+                                          backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:
         tell("")
     report.save(folder)
-    for x, y in options.plot_axes:
+    for x, y in () if stopped else options.plot_axes:
         write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
+    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=() if stopped else pictures)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
     print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
     print(table[-1])
-    return SUCCESS if all(row["status"] in ("finished", "over_budget") for row in report.rows) else FAILED
+    finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
+    return INTERRUPTED if stopped else SUCCESS if finished else FAILED
+
+
+def _columns(scene: Scene, models: list[Any]) -> list[str]:
+    """Names that columns of report.csv will have: those of `AXES`, by quantity where there are several."""
+    result = dict.fromkeys(name for name in AXES if name not in BY_QUANTITY and name != "mass_drift")
+    for problem in (scene.problem(model, 10) for model in models):
+        names = compared(problem.model.observables(problem.q0, problem.aux_averages))
+        result |= dict.fromkeys(f"{column}.{name}" for column in BY_QUANTITY for name in names)
+        result |= dict.fromkeys(f"mass_drift.{problem.model.conserved[row]}" for row in problem.model.mass_rows())
+    return list(result)
+
+
+def _drawn_over(name: str) -> bool:
+    """Whether a picture has a name that --plot-axes gives."""
+    return all(axis.partition(".")[0] in AXES for axis in name.split("-over-"))
 
 
 def _schemes(options: argparse.Namespace) -> dict[str, Any]:

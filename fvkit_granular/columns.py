@@ -1,6 +1,7 @@
 """`Profile`: a function of x from two columns of a CSV file, units and interpolation stated."""
 
 import csv
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +24,19 @@ INTERPOLATIONS = ("linear", "constant")
 
 #: Larger files are refused, bytes.
 LARGEST = 10_000_000
+
+#: Heights and depths on Earth, m.
+EARTH = (-12_000.0, 9_000.0)
+
+#: What programs write where they have no value, and from which size on every number is that.
+CODES = (-999.0, -32768.0, -32767.0, 32767.0, *(sign * (10.0**digits - 1.0) for digits in range(4, 11) for sign in (-1.0, 1.0)))
+HUGE = 1e19
+
+#: Height over length of a bottom that is hardly meant: both in the same unit it lies between these.
+FLAT, STEEP = 1e-3, 2.0
+
+#: Lengths from which a bottom that is all but flat is noticed, and the highest number that may be kilometres, m.
+LONG, HIGH = 100.0, 9.0
 
 
 class Columns(NamedTuple):
@@ -49,7 +63,7 @@ class Columns(NamedTuple):
         ValueError
             As `column`; for a row that does not ascend, with its line.
         """
-        values = self.column(name, measures)
+        values = self.in_si(name, measures)
         falls = np.flatnonzero(np.diff(values) <= 0.0)
         if falls.size:
             row = int(falls[0]) + 1
@@ -58,7 +72,7 @@ class Columns(NamedTuple):
                              f"{unit} after {values[row - 1]:.10g} {unit}; {otherwise}")
         return values
 
-    def column(self, name: str, measures: str) -> np.ndarray:
+    def in_si(self, name: str, measures: str) -> np.ndarray:
         """Return a column in SI units.
 
         Raises
@@ -73,6 +87,34 @@ class Columns(NamedTuple):
             raise ValueError(f"{self.path}: column `{name}` must be a {measures} in one of {', '.join(known)}; got "
                              f"{name} [{self.units[name]}]")
         return self.values[name] * known[self.units[name]]
+
+    def column(self, name: str, measures: str) -> np.ndarray:
+        """Return a column of values, in SI units.
+
+        Raises
+        ------
+        ValueError
+            As `in_si`; for a code that stands for a missing value, with its line.
+        """
+        result, given = self.in_si(name, measures), self.values[name]
+        strange = _codes(given)
+        if measures == "length":
+            strange |= (result < EARTH[0]) | (result > EARTH[1])
+        if strange.any():
+            row = int(np.argmax(strange))
+            raise ValueError(f"{self.path}, line {self.lines[row]}, column `{name}`: {given[row]:.10g} looks like a code for a "
+                             f"missing value, not like a {measures} in {self.units[name]}: leave the row out, or fill the gap")
+        return result
+
+
+def _codes(values: np.ndarray) -> np.ndarray:
+    """Where values stand for missing ones: numbers that programs write for that, farther from all others than these lie apart."""
+    known = np.isin(values, CODES) | (np.abs(values) >= HUGE)
+    others = values[~known]
+    if not (known.any() and others.size):
+        return known
+    gap = np.maximum(others.min() - values, values - others.max())
+    return known & (gap > np.ptp(others)) & (gap > 0.0)
 
 
 def text_of(path: Path, largest: int = LARGEST) -> str:
@@ -198,6 +240,18 @@ class Profile(Shape):
         x = table.ascending(along, "length", "for a jump put two rows close together")
         values = table.column(column, _validate.choice(measures, "measures", UNITS))
         return cls(table.path, column, along, interpolation, x, values)
+
+    def warn_of_units(self) -> None:
+        """Warn where the numbers of a bottom look like another unit than the header names."""
+        length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
+        if height > STEEP * length:
+            advice = f"if {self.along} is in kilometres, or `{self.column}` in centimetres or millimetres"
+        elif length >= LONG and 0.0 < height < FLAT * length and np.abs(self.values).max() <= HIGH:
+            advice = f"if `{self.column}` is in kilometres"
+        else:
+            return
+        warnings.warn(f"{self.path}: the bottom `{self.column}` varies by {height:.4g} m over {length:.4g} m of {self.along}: "
+                      f"{advice}, say so in the header, such as `{self.along} [km]`", RuntimeWarning, stacklevel=2)
 
     def __call__(self, x: Any) -> np.ndarray:
         points = np.asarray(x, dtype=float)

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit import MC, Model, RiemannSolver, Scheme, Solution, Status, WavePropagation, _validate, solve
+from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, Status, WavePropagation, _validate, solve
+from fvkit.interruption import keeping, uninterrupted
 from fvkit.names import public_name
 from fvkit.study.budget import predicted
 from fvkit.study.report import Profile, Report, Row, environment, observed_orders
@@ -64,6 +65,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     ------
     ValueError, TypeError
         For bad input, or a pair of model and solver that cannot work.
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the Report of the runs that are done, None where there are none.
     """
     scene = _validate.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     for name, given, example in (("models", models, "[gr.TwoPhase]"), ("riemann", riemann, "[fv.HLL()]"),
@@ -90,9 +93,23 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     if known is None:
         high = any(run.scheme.time_integrator is not None for run in runs)
         known = self_converged(scene, full, fine_scheme(full, high), counts, backend, budget, tell)
-    rows = _measure(scene, runs, known, repetitions, backend, budget, tell)
+    seconds_of: list[list[float]] = [[] for _ in runs]
+    solutions: list[Solution | None] = [None] * len(runs)
+
+    def report(every: bool) -> Report:
+        chosen = [k for k, times in enumerate(seconds_of) if times or every]
+        rows = _rows(scene, [runs[k] for k in chosen], [solutions[k] for k in chosen], [seconds_of[k] for k in chosen], known)
+        return _report(scene, full, max(counts), known, rows)
+
+    with keeping(lambda: report(every=False) if any(seconds_of) else None):
+        _measure(scene, runs, solutions, seconds_of, repetitions, backend, budget, tell)
+    return report(every=True)
+
+
+def _report(scene: Scene, full: Model, cells: int, known: Reference, rows: list[tuple[Row, Solution | None]]) -> Report:
+    """The report of runs; ``cells`` is the number of cells of the reference's profile."""
     machine, versions = environment("fvkit", "numpy", "scipy", "matplotlib", "attrs", "numba")
-    finest = scene.problem(full, max(counts))
+    finest = scene.problem(full, cells)
     b = finest.aux_averages["b"]
     averages = known.averages(finest.model, finest.grid, scene.t_end)
     profiles = {"reference": Profile(finest.grid.centers, finest.model.observables(averages, finest.aux_averages))}
@@ -147,14 +164,15 @@ def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells
     return result
 
 
-def _measure(scene: Scene, runs: list[_Run], reference: Reference, repeats: int, backend: str, budget: float | None,
-             tell: Callable[[str], None]) -> list[tuple[Row, Solution | None]]:
-    """Run everything ``repeats`` times, interleaved; return a row and the last solution for each run, None if left out."""
+def _measure(scene: Scene, runs: list[_Run], solutions: list[Solution | None], seconds: list[list[float]], repeats: int,
+             backend: str, budget: float | None, tell: Callable[[str], None]) -> None:
+    """Run everything ``repeats`` times, interleaved; note for each run its first solution, None if left out, and the times."""
+    def solved(problem: Problem, scheme: Scheme) -> Solution:
+        return uninterrupted(solve(problem, scheme, backend=backend, throw=False, nonhyperbolic="ignore", seconds=budget))
+
     for key in dict.fromkeys((run.model, run.scheme) for run in runs):
         coarse = min(run.cells for run in runs if (run.model, run.scheme) == key)
-        solve(scene.problem(key[0], coarse), key[1], backend=backend, throw=False, nonhyperbolic="ignore", seconds=budget)
-    seconds: list[list[float]] = [[] for _ in runs]
-    solutions: list[Solution | None] = [None] * len(runs)
+        solved(scene.problem(key[0], coarse), key[1])
     for repeat in range(repeats):
         for k, run in enumerate(runs):
             tell(f"repeat {repeat + 1}/{repeats}, run {k + 1}/{len(runs)}: {public_name(run.model)} "
@@ -162,11 +180,9 @@ def _measure(scene: Scene, runs: list[_Run], reference: Reference, repeats: int,
             known = solutions[k]
             if (known is None or not known.success) if repeat else _too_long(run, runs, solutions, budget):
                 continue
-            problem = scene.problem(run.model, run.cells)
-            solution = solve(problem, run.scheme, backend=backend, throw=False, nonhyperbolic="ignore", seconds=budget)
-            seconds[k].append(solution.stats.seconds)
+            solution = solved(scene.problem(run.model, run.cells), run.scheme)
             solutions[k] = known or solution
-    return _rows(scene, runs, solutions, seconds, reference)
+            seconds[k].append(solution.stats.seconds)
 
 
 def _too_long(run: _Run, runs: list[_Run], solutions: list[Solution | None], budget: float | None) -> bool:
@@ -225,7 +241,12 @@ def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray
     wanted, found = solution.model.observables(averages, solution.aux), solution.observables()
     deep = np.minimum(found["h"], wanted["h"]) > DEEP * wanted["h"].max()
     return {name: np.abs(found[name] - wanted[name]) * (1.0 if name == "h" else deep)
-            for name in found if name not in ("surface", "interface")}
+            for name in compared(found)}
+
+
+def compared(names: Iterable[str]) -> list[str]:
+    """Return the observables that have an error of their own: heights are depths over the bottom."""
+    return [name for name in names if name not in ("surface", "interface")]
 
 
 def _full_model(scene: Scene, models: list[Model]) -> Model:

@@ -8,12 +8,12 @@ from typing import Any
 
 from fvkit import OrderError, _validate, convergence
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, SUCCESS, add_command
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.io import usable_folder
 from fvkit.study.convergence import NORMS
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SCENE_HELP, find_scene, scene_label
-from fvkit_granular.scheme_options import add_scheme_options, pick, schemes_of
+from fvkit_granular.scheme_options import add_scheme_options, pick, scheme_of
 
 Teller = Callable[[], Callable[[str], None] | None]
 
@@ -37,18 +37,20 @@ def register(commands: Any, teller: Teller) -> None:
 def _convergence(teller: Teller, options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
     model = pick([options.model], "--model", MODELS)[0]
-    (scheme,) = schemes_of(options)
+    scheme = scheme_of(options)
     wanted = None if options.expect is None else _validate.real(options.expect, "--expect")
     if options.out is not None:
-        usable_folder(options.out, "--out")
+        usable_folder(options.out, "--out", ("convergence.json", "convergence.png"))
     tell = teller()
-    found = convergence(partial(chosen.problem, model), scheme, options.cells, chosen.known_reference(), norm=options.norm,
-                        backend=options.backend, progress=tell)
+    found, stopped = done_so_far(partial(convergence, partial(chosen.problem, model), scheme, options.cells,
+                                         chosen.known_reference(), norm=options.norm, backend=options.backend, progress=tell))
     if tell is not None:
         tell("")
     print(f"scene {scene_label(options.scene)}: {found}")
     if options.out is not None:
         print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")
+    if stopped:
+        return INTERRUPTED
     if wanted is None:
         return SUCCESS
     try:

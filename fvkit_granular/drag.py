@@ -184,8 +184,8 @@ class Drag(Source):
         (hs, ms, hf, mf), (old_s, old_ms, old_f, old_mf) = after, before
         free = velocity(hf, mf, model.dry) - velocity(hs, ms, model.dry)
         both = (hs > 0.0) & (hf > 0.0)
-        start = where(both & (old_s > 0.0) & (old_f > 0.0), velocity(old_f, old_mf, model.dry) - velocity(old_s, old_ms, model.dry),
-                      free)
+        slip = velocity(old_f, old_mf, model.dry) - velocity(old_s, old_ms, model.dry)
+        start = where(both & (old_s > 0.0) & (old_f > 0.0), slip, free)
         # The force acts on the masses of the step's middle, the slip is that of its end.
         solid, fluid = 0.5 * (hs + old_s), 0.5 * (hf + old_f)
         time = dt * drag_rate(hs, hf, model.gamma) * share(solid + fluid, hs + hf)
@@ -214,7 +214,7 @@ def exchanged(model, q, drag, slip):
 
 
 def towards_balance(slip, change, decays):
-    """Return the slip after a step in which a constant drive alone adds ``change``, and drag, D K t = ``decays``, takes its share:
+    """Return the slip after a step of a constant drive, which alone adds ``change``, and of linear drag, D K t = ``decays``:
 
     w' = w exp(-d) + change (1 - exp(-d))/d, exactly.
     """

@@ -7,7 +7,7 @@ both are large. So friction acts together with the transport, on cells and on th
 """
 
 from abc import abstractmethod
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -29,6 +29,12 @@ DEEPEST = 100.0
 
 #: Number of iterations of `BasalFriction.slowed`, of two evaluations of the law each.
 ITERATIONS = 8
+
+#: Largest coefficient of dry friction, the tangent of 80 degrees: more is an angle in degrees, not its tangent.
+STEEPEST = 5.67
+
+#: Said with a coefficient that is refused.
+TANGENT = "the tangent of the friction angle: tan(35 deg) = 0.70"
 
 #: Added to the square of a number whose root divides, where both may vanish.
 LEAST = 1e-300
@@ -162,7 +168,7 @@ class BasalFriction(Source):
         return np.sign(v) * self.slowed(model, load, h, np.abs(v), dt)
 
     def step(self, model, q, aux, dt):
-        bearing = ()
+        bearing: Any = ()
         for masses, _ in model.phases:
             bearing = bearing + (q[masses[-1]],)
         return self.driven(model, q, q, bearing, aux, dt)
@@ -212,13 +218,13 @@ class CoulombFriction(BasalFriction):
 
     Parameters
     ----------
-    nu : coefficient of friction, tangent of the angle at the bed, >= 0.
+    nu : coefficient of friction, tangent of the angle at the bed, 0 to 5.67 (80 degrees).
 
     Source: the paper's model, Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, drops the term after its derivation;
     implicit clip remembered as common practice; the bound at faces is derived here.
     """
 
-    nu: float = attrs.field(converter=within(at_least=0.0, hint="tangent of the friction angle"))  # type: ignore[misc]
+    nu: float = attrs.field(converter=within(at_least=0.0, at_most=STEEPEST, hint=TANGENT))  # type: ignore[misc]
 
     def resistance(self, model, load, h, speed):
         return self.nu * load
@@ -240,13 +246,13 @@ class Voellmy(BasalFriction):
 
     Parameters
     ----------
-    mu : coefficient of dry friction, >= 0.
+    mu : coefficient of dry friction, the tangent of its angle, 0 to 5.67 (80 degrees).
     xi : turbulence coefficient, m/s^2, > 0; 100 to 2000 for avalanches and debris flows (remembered).
 
     Source: A. Voellmy, Schweizerische Bauzeitung 73 (1955), as remembered; closed form of the step derived here.
     """
 
-    mu: float = attrs.field(converter=within(at_least=0.0, hint="coefficient of dry friction"))  # type: ignore[misc]
+    mu: float = attrs.field(converter=within(at_least=0.0, at_most=STEEPEST, hint=TANGENT))  # type: ignore[misc]
     xi: float = attrs.field(converter=within(above=0.0, hint="turbulence coefficient in m/s^2"))  # type: ignore[misc]
 
     def resistance(self, model, load, h, speed):

@@ -1,5 +1,6 @@
 """`Front`: how far a flow has come, and what it leaves where it stops."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
@@ -48,6 +49,12 @@ class Front(Observer):
             return
         self._notes.append((t, self._crossing(x, h, int(deep[0]), -1, problem.grid.lower),
                             self._crossing(x, h, int(deep[-1]), 1, problem.grid.upper)))
+
+    def record(self) -> dict[str, np.ndarray]:
+        return {"notes": np.array(self._notes).reshape(-1, 3)}
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        self._notes = [(t, left, right) for t, left, right in record["notes"].tolist()]
 
     def _depth(self, problem: Problem, q: np.ndarray) -> np.ndarray:
         model: Any = problem.model

@@ -132,8 +132,8 @@ class Reduced(Model):
         step = face_step(hl, hr, auxl[0], auxr[0])
         al, ar = sound_speeds(hl, hr, step, self.g)
         push = jump[2] - (massr * vr * vr - massl * vl * vl)
-        (first, second, third), speeds, (starl, starr) = mass_and_momentum(massl, vl, massr, vr, push, al, ar, step, self.g, jump[1:])
-        s1, _, s3 = speeds
+        waves, speeds, (starl, starr) = mass_and_momentum(massl, vl, massr, vr, push, al, ar, step, self.g, jump[1:])
+        (first, second, third), (s1, _, s3) = waves, speeds
         carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl
         carried3 = hr * vr - hr * ((s3 - vr) / (s3 - starr + TINY)) * starr
         return ((carried1,) + first, (jump[0] - carried1 - carried3,) + second, (carried3,) + third), speeds

@@ -11,6 +11,7 @@ from fvkit import Grid, Model, Outflow, Problem, Source, _validate
 from fvkit.problem import boundary_pair, source_list
 from fvkit.quadrature import cell_averages, levelled
 from fvkit.solution import Solution
+from fvkit_granular.columns import Profile
 from fvkit_granular.shaped_flow import ShapedFlow
 from fvkit_granular.shapes import Step
 from fvkit_granular.slope import warn_of_steep_ground
@@ -191,6 +192,10 @@ class Scene:
     description: str = _validate.words("")
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(ascending))
 
+    def __attrs_post_init__(self) -> None:
+        if isinstance(self.bottom, Profile):
+            self.bottom.warn_of_units()
+
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
         if isinstance(model, type) and issubclass(model, Model):
@@ -203,10 +208,16 @@ class Scene:
         Warns (`SteepSlopeWarning`) where the flow may reach ground steeper than 15 degrees, see `fvkit_granular.slope`.
         """
         chosen = self.model(model)
+        if not callable(getattr(chosen, "conserved_from", None)):
+            raise ValueError(f"`model` of a scene must make its state of h, phi, vs and vf, but {type(chosen).__name__} has no "
+                             "`conserved_from`: take a model of fvkit_granular, or build a fvkit.Problem")
+        if "b" not in chosen.aux and (callable(self.bottom) or np.any(np.asarray(self.bottom) != 0.0)):
+            raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
+                             "another model, or bottom=0.0")
         sources = tuple(source for source in self.given_sources()
                         if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
         result = Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial, self.height), self.t_end,
-                         aux={"b": self.bottom}, boundary=self.boundary, sources=sources)
+                         aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
         warn_of_steep_ground(result, self.g)
         return result
 

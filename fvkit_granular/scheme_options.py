@@ -11,6 +11,9 @@ from fvkit_granular.parts import RIEMANN
 #: The methods by their names.
 WAVES, LINES = METHODS
 
+#: The options that belong to a method.
+BELONGS = {"limiter": WAVES, "order": WAVES, "reconstruction": LINES, "integrator": LINES}
+
 _RIEMANN_ALL = "all for the first model, relaxation for the others; relaxation alone beside method-of-lines"
 
 
@@ -43,13 +46,12 @@ def methods_of(options: argparse.Namespace) -> list[str]:
     given = _names(options.method)
     for name in given:
         _validate.choice(name, "--method", METHODS)
-    belongs = {"limiter": WAVES, "order": WAVES, "reconstruction": LINES, "integrator": LINES}
-    for option, method in belongs.items():
+    for option, method in BELONGS.items():
         if given and getattr(options, option) and method not in given:
             raise ValueError(f"`--{option}` belongs to {method}: add it to --method, got {', '.join(given)}")
     if given:
         return given
-    asked = [method for option, method in belongs.items() if getattr(options, option)]
+    asked = [method for option, method in BELONGS.items() if getattr(options, option)]
     return [method for method in METHODS if method in asked] or [WAVES]
 
 
@@ -70,6 +72,18 @@ def schemes_of(options: argparse.Namespace) -> list[Scheme]:
                 result += [MethodOfLines(solver, reconstruction, integrator, cfl)
                            for reconstruction in reconstructions for integrator in integrators]
     return result
+
+
+def scheme_of(options: argparse.Namespace) -> Scheme:
+    """Return the one scheme that the options name; options of both methods, or several names of one option, are a mistake."""
+    if len(methods_of(options)) > 1 and not options.method:
+        mine, other = (next(option for option, owner in BELONGS.items() if owner == method and getattr(options, option))
+                       for method in (WAVES, LINES))
+        raise ValueError(f"`--{mine}` belongs to {WAVES} and `--{other}` to {LINES}: a run has one method, leave one of them out")
+    found = schemes_of(options)
+    if len(found) > 1:
+        raise ValueError(f"one scheme is needed, got names for {len(found)}: give one name for each option")
+    return found[0]
 
 
 def _names(value: Any) -> list[Any]:

@@ -6,17 +6,18 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fvkit import Keep, Samples, Scheme, _validate, sweep
-from fvkit.cli import FAILED, SUCCESS, add_command
-from fvkit.io import usable_folder
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.io import remove, usable_folder
 from fvkit.sweeps import SweepResult
 from fvkit_granular.parts import MODELS
 from fvkit_granular.scene_file import SUFFIX
 from fvkit_granular.scene_run import SceneRun
-from fvkit_granular.scheme_options import schemes_of
+from fvkit_granular.scheme_options import scheme_of
 from fvkit_granular.toml_source import toml_text
 
 #: Keys of a file; those without a default must be there.
@@ -54,13 +55,14 @@ EXAMPLE = """  scene = "debris-slope"
 def _sweep(options: argparse.Namespace) -> int:
     run, keep, samples = read(options.file)
     folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
-    usable_folder(folder, "--out")
+    usable_folder(folder, "--out", ("sweep.csv", "sweep.nc"))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
     with _executor(options.dask) as executor:
-        result = sweep(run, samples, executor, workers=options.workers, keep=keep, folder=folder / "members",
-                       progress=sys.stderr.isatty())
+        result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
+                                              folder=folder / "members", progress=sys.stderr.isatty()))
     written = ["members/", result.save(folder / "sweep.csv").name, *_netcdf(result, folder)]
+    remove(folder, ("sweep.nc",), but=written)
     count = int(result.finished.sum())
     print(f"{options.file.name}: {count} of {len(samples)} members finished, {result.elapsed:.3g} s")
     for name, values in result.table.items():
@@ -71,7 +73,7 @@ def _sweep(options: argparse.Namespace) -> int:
         first = int((result.status == status).argmax())
         print(f"  {status}: {int((result.status == status).sum())} members, the first is {first}: {result.message[first]}")
     print(f"  written to {folder}/: {', '.join(written)}")
-    return SUCCESS if result.success else FAILED
+    return INTERRUPTED if stopped else SUCCESS if result.success else FAILED
 
 
 def _netcdf(result: SweepResult, folder: Path) -> list[str]:
@@ -160,4 +162,4 @@ def _scheme(given: Any) -> Scheme | None:
         raise ValueError(f"`scheme` must be a table with any of {', '.join(SCHEME)}, got {given!r}")
     for key in given:
         _validate.choice(key, "key of scheme", SCHEME)
-    return schemes_of(argparse.Namespace(**{key: given.get(key) for key in SCHEME}))[0] if given else None
+    return scheme_of(argparse.Namespace(**{key: given.get(key) for key in SCHEME})) if given else None

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fvkit import Outflow, Wall, WavePropagation, solve
+from fvkit.interruption import keeping
 from fvkit.study.layout import table
 from fvkit_granular.advise import decide
 from fvkit_granular.drag import ConstantDrag
@@ -158,19 +159,25 @@ def validate(count: int, seed: int = 1, cells: int = 400, backend: str = "auto",
     cells : number of cells of the coarser runs; the errors are those on twice as many.
     backend : as for `fvkit.solve`.
     progress : function that receives a line of text before each scene.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the list of the scenes that are done, None where there are none.
     """
     each = -(-count // len(MEANT))
     plan = [(kind, index) for index in range(each) for kind in MEANT][:count]
     plan += [(kind, index) for kind in BEYOND for index in range(each)]
-    rows = []
-    for number, (kind, index) in enumerate(plan):
-        if progress is not None:
-            progress(f"scene {number + 1}/{len(plan)}: {kind}")
-        scene = random_scene(kind, seed, index)
-        found = indicators(scene)
-        coarse, _ = model_errors(scene, cells, backend)
-        measured, seconds = model_errors(scene, 2 * cells, backend)
-        rows.append(Measured(kind, (found.reduced, found.shallow), measured, coarse, seconds))
+    rows: list[Measured] = []
+    with keeping(lambda: rows or None):
+        for number, (kind, index) in enumerate(plan):
+            if progress is not None:
+                progress(f"scene {number + 1}/{len(plan)}: {kind}")
+            scene = random_scene(kind, seed, index)
+            found = indicators(scene)
+            coarse, _ = model_errors(scene, cells, backend)
+            measured, seconds = model_errors(scene, 2 * cells, backend)
+            rows.append(Measured(kind, (found.reduced, found.shallow), measured, coarse, seconds))
     return rows
 
 

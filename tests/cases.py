@@ -202,7 +202,7 @@ class Fading(fv.Source):
     """Turns the masses to no number at once: a run with it fails."""
 
     def step(self, model, q, aux, dt):
-        return combine(np.sqrt(-dt), q, 0.0, q)
+        return combine(1.0 + np.sqrt(-dt), q, 0.0, q)
 
     def rate(self, model, q, aux):
         return scale(0.0, q)

@@ -5,7 +5,7 @@ import warnings
 
 from fvkit import _validate
 from fvkit.backends.base import Kernel, March, Outcome
-from fvkit.backends.numba_kernel import NumbaKernel, StagedNumbaKernel, available
+from fvkit.backends.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
 from fvkit.backends.numpy_kernel import CHUNK, NumpyKernel, StagedNumpyKernel
 from fvkit.backends.threads import ThreadedKernel
 from fvkit.backends.trace import Untraceable
@@ -46,24 +46,26 @@ def backend_for(riemann: RiemannSolver, backend: str) -> str:
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:
-    """Return the kernel of a backend; ``"auto"`` compiles where numba is installed and the parts can be traced.
+    """Return the kernel of a backend; ``"auto"`` compiles where numba can and the parts can be traced.
 
     ``$FVKIT_BACKEND`` overrides ``"auto"``.
 
     Raises
     ------
     ValueError
-        If ``"numba"`` or threads are asked for and numba is not installed, or for threads with too few cells.
+        If ``"numba"`` or threads are asked for and numba is not installed or switched off, or for threads with too few cells.
     Untraceable
         If ``"numba"`` is asked for and a pointwise function needs whole arrays.
     """
     backend = backend_for(parts.riemann, backend)
+    advice = f"unset {SWITCH}" if switched_off() else "pip install 'fvkit[fast]'"
     if backend == "numpy" or (backend == "auto" and not (available() and parts.riemann.compilable)):
         if threads > 1:
-            raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: pip install 'fvkit[fast]'")
+            raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: {advice}")
         return array_kernel(problem, scheme, parts)
     if not available():
-        raise ValueError("`backend` is 'numba', which is not installed: pip install 'fvkit[fast]', or backend='numpy'")
+        raise ValueError(f"`backend` is 'numba', which is {'switched off' if switched_off() else 'not installed'}: {advice}, or "
+                         "backend='numpy'")
     staged = scheme.time_integrator is not None
     if staged and threads > 1:
         raise ValueError(f"`threads` serve WavePropagation, got {threads} threads with {type(scheme).__name__}: use threads=1")

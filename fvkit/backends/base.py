@@ -12,6 +12,7 @@ from fvkit.backends.halo import Plan, plan
 from fvkit.backends.runner import Runner
 from fvkit.boundary import BoundaryCondition
 from fvkit.model import Model, aux_rows
+from fvkit.pointwise import maximum
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
@@ -25,6 +26,10 @@ MAX_RETRIES, SHORTEST = 30, 0.25
 
 #: A number of steps this close above a whole one is that.
 SHY = 1.0 - 1e-12
+
+
+#: Depth below which a face is one of a film, not of the flow, m; and what one metre is in the units of counts.
+FILM, MICRO = 0.05, 1e6
 
 
 class Outcome(IntEnum):
@@ -50,12 +55,18 @@ class _Number:
         getattr(march, self.array)[self.index] = value
 
 
+def deepness(model: Any, ql: Any, qr: Any) -> Any:
+    """Depth of a face that is lost: of its deeper side, in micrometres; None for a model without a depth."""
+    return MICRO * maximum(model.depth(ql), model.depth(qr)) if callable(getattr(model, "depth", None)) else None
+
+
 class March:
     """State and counters of a run: the accepted state ``now``, the trial state ``next``, and what was counted.
 
     Everything is kept in arrays that compiled code changes in place, so that an interruption at any moment leaves the
     last accepted step. ``masses`` holds what entered through the left end and left through the right one, a row each.
-    ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at ``lost_face`` and ``lost_time``.
+    ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at ``lost_face`` and ``lost_time``, ``films``
+    those of them in films, and ``deepest`` is the depth of the deepest, in whole micrometres.
     """
 
     t = _Number("real", 0, float)
@@ -66,11 +77,13 @@ class March:
     rejected = _Number("count", 1, int)
     lost = _Number("count", 2, int)
     lost_face = _Number("count", 3, int)
+    films = _Number("count", 5, int)
+    deepest = _Number("count", 6, int)
 
     def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False,
                  bounds: tuple[float, float] = (0.0, np.inf)) -> None:
         self._buffers = (q, q.copy())
-        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0]), np.zeros((2, max(masses, 1)))
+        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0, 0, 0]), np.zeros((2, max(masses, 1)))
         self.stop_when_lost, self.bounds = stop_when_lost, bounds
 
     def bounded(self, dt: float) -> float:
@@ -90,7 +103,7 @@ class March:
 
     @property
     def count(self) -> np.ndarray:
-        """steps, rejected, lost, lost_face, and the number of times that ``now`` and ``next`` changed places."""
+        """steps, rejected, lost, lost_face, the number of times that ``now`` and ``next`` changed places, films, deepest."""
         return self.books[1]
 
     @property
@@ -115,7 +128,7 @@ class March:
         """
         real, count = self.real.copy(), self.count.copy()
         real[:3] = t, dt, max(real[2], cfl)
-        count += [1, rejected, 0, 0, 1]
+        count += [1, rejected, 0, 0, 1, 0, 0]
         self.books = real, count, self.masses + passed
 
     def refuse(self, dt: float, rejected: int) -> None:

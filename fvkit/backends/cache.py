@@ -17,16 +17,25 @@ VARIABLE = "FVKIT_CACHE"
 
 
 def folder() -> Path:
-    """Return the folder of compiled kernels: ``$FVKIT_CACHE``, else ``fvkit`` in the platform's folder for caches."""
+    """Return the folder of compiled kernels: ``$FVKIT_CACHE``, else ``fvkit`` in the platform's folder for caches.
+
+    Raises
+    ------
+    OSError
+        Where that is in the home of someone who has none.
+    """
     chosen = os.environ.get(VARIABLE)
-    if chosen:
-        return Path(chosen).expanduser()
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    try:
+        if chosen:
+            return Path(chosen).expanduser()
+        if sys.platform == "win32":
+            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+        elif sys.platform == "darwin":
+            base = Path.home() / "Library" / "Caches"
+        else:
+            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError as error:  # containers and batch jobs have users without a home
+        raise OSError(f"${VARIABLE} is {chosen!r}, and no home directory is known: {str(error).rstrip('.')}") from None
     return base / "fvkit"
 
 
@@ -41,8 +50,8 @@ def place(name: str, text: str) -> tuple[Path, bool]:
     Several processes may do so at once: each writes whole files of the same content. A folder that cannot be written
     gives a warning and a temporary one.
     """
-    target = folder() / f"{name}.py"
     try:
+        target = folder() / f"{name}.py"
         target.parent.mkdir(parents=True, exist_ok=True)
         if not target.exists():
             write_whole(target, lambda file: file.write(text.encode()))

@@ -4,7 +4,7 @@ from textwrap import indent
 
 #: All tiles from ``begin`` to ``end``: leaves the largest speed, NaN if any is, in ``speed``, whether a state is bad in ``bad``.
 _STEP = '''\
-found[0] = 0
+found[:] = 0
 found[1] = -1
 lanes = min(n, TILE) + EXTRA
 for j in range(lanes):
@@ -85,6 +85,8 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, 
                 count[3] = found[1]
                 real[3] = t
             count[2] += found[0]
+            count[5] += found[2]
+            count[6] = max(count[6], found[3])
             if stop_when_lost:
                 outcome = LOST_HYPERBOLICITY
                 break
@@ -116,6 +118,8 @@ bad = 0
 flux[:, :] = 0.0
 lost = 0
 first = -1
+films = 0
+deepest = 0
 for row in range(q.shape[0]):
     for j in range(GHOSTS, GHOSTS + n):
         regs[0, row, j] = q[row, j]
@@ -129,7 +133,7 @@ for s in range(sweeps.shape[0]):
     into = sweeps[s, 3]
     given = values[2 * s:2 * s + 2]
     ghosts(state, aux, n, before, par, given)
-    found[0] = 0
+    found[:] = 0
     found[1] = -1
     for k in range(end):
         c0 = k * TILE
@@ -152,8 +156,12 @@ for s in range(sweeps.shape[0]):
         if s == 0 or (s == 1 and sweeps[0, 0] == 1):
             lost = found[0]
             first = found[1]
+            films = found[2]
+            deepest = found[3]
 found[0] = lost
 found[1] = first
+found[2] = films
+found[3] = deepest
 speed = 0.0
 for j in range(lanes):
     speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed

@@ -15,6 +15,7 @@ from typing import Any
 
 import attrs
 
+from fvkit.backends.base import FILM, MICRO, deepness
 from fvkit.backends.emit import Block, is_condition
 from fvkit.backends.ends import Ends
 from fvkit.backends.halo import Plan
@@ -197,10 +198,14 @@ class Generator(Ends):
         """Count the faces with complex speeds, and keep the first, where the first loop saw reason to doubt."""
         if not self.problem.model.defines("hyperbolic_discriminant"):
             return
+        lines = [("if {} != 0:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0), ("    found[0] += 1", None),
+                 ("    if found[1] < 0:", None), ("        found[1] = c0 + j", None)]
+        deep = deepness(self.parts.model, *self.face(0))
+        if deep is not None:
+            lines += [(f"    if {{}} < {FILM * MICRO}:", deep), ("        found[2] += 1", None),
+                      ("    found[3] = max(found[3], int({}))", deep)]
         self.emit("if doubt != 0:")
-        self.loop("nt + closing", [], 0, [
-            ("if {} != 0:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0), ("    found[0] += 1", None),
-            ("    if found[1] < 0:", None), ("        found[1] = c0 + j", None)], depth=2)
+        self.loop("nt + closing", [], 0, lines, depth=2)
 
     def update(self, group: tuple[tuple[int, int], list[Stage]]) -> None:
         """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""

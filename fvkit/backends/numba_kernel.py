@@ -1,5 +1,6 @@
 """The compiled backend: generated kernels under numba, cached on disk by their content."""
 
+import os
 import sys
 import threading
 import time
@@ -31,9 +32,20 @@ FUNCTIONS = ("tile", "source_tile", "ghosts", "opening", "finish", "add_up", "ti
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0
 
+
+#: Environment variable by which debuggers and measures of coverage switch numba's compiler off.
+SWITCH = "NUMBA_DISABLE_JIT"
+
+
+def switched_off() -> bool:
+    """Whether numba's compiler is switched off; does not import it."""
+    loaded = sys.modules.get("numba")
+    return bool(os.environ.get(SWITCH, "").strip(" 0")) or (loaded is not None and bool(loaded.config.DISABLE_JIT))
+
+
 def available() -> bool:
-    """Whether numba is installed; does not import it."""
-    return find_spec("numba") is not None
+    """Whether numba is installed and compiles; does not import it."""
+    return find_spec("numba") is not None and not switched_off()
 
 
 class NumbaKernel(Kernel):
@@ -81,7 +93,7 @@ class NumbaKernel(Kernel):
     def scratch(self) -> tuple[np.ndarray, ...]:
         """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces."""
         row, ends = TILE + SPARE, (2, max(len(self.mass_rows), 1))
-        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(2, dtype=np.int64)
+        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64)
 
     def boundary_values(self, *times: float) -> np.ndarray:
         """What the boundaries give to their ghosts at each time, a row for each side."""

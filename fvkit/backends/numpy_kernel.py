@@ -5,10 +5,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.base import March, imposed
+from fvkit.backends.base import March, deepness, imposed
 from fvkit.backends.program import TRANSPORT, Term, program
 from fvkit.backends.runner import Field, Runner, cut
-from fvkit.backends.stepwise import StepwiseKernel, Trial
+from fvkit.backends.stepwise import Lost, StepwiseKernel, Trial
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
 
@@ -55,7 +55,7 @@ class NumpyKernel(StepwiseKernel):
             return False
         return not self.problem.model.defines("admissible") or bool(np.all(self.problem.model.admissible(tuple(q))))
 
-    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, int, int]:
+    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, Lost, int]:
         """Write into ``out`` the state after transport for dt; return largest speed, end fluxes, lost faces and the first."""
         ratio = dt / self.problem.grid.dx
 
@@ -68,9 +68,9 @@ class NumpyKernel(StepwiseKernel):
 
         return self._sweep(q, out, ratio, "new", keep) if self.parts.joint else self._sweep(q, out, ratio, "net", step)
 
-    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, made: str, write: Any) -> tuple[float, np.ndarray, int, int]:
-        """Write into the cells of ``out`` what ``write`` makes of those of q and the field ``made``; return what `_transport` does."""
-        speeds, lost, lost_face, lows = [], 0, -1, self._runner.lows
+    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, made: str, write: Any) -> tuple[float, np.ndarray, Lost, int]:
+        """Write into the cells of ``out`` what ``write`` makes of those of q and a field; return what `_transport` does."""
+        speeds, lost, lost_face, lows = [], Lost(), -1, self._runner.lows
         flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
@@ -84,21 +84,22 @@ class NumpyKernel(StepwiseKernel):
                     flux[0] = [through[row][-low] for row in self.mass_rows]
                 if start + n == self.cells:
                     flux[1] = [through[row][n - low] for row in self.mass_rows]
-            faces = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
+            faces, depths = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
             if len(faces):
-                lost_face = start + int(faces[0]) if not lost else lost_face
-                lost += len(faces)
+                lost_face = start + int(faces[0]) if lost_face < 0 else lost_face
+                lost = lost.more(depths, len(faces))
         return float(np.maximum.reduce(speeds)), flux, lost, lost_face
 
-    def _lost_faces(self, q: Field, n: int, closing: bool) -> Any:
-        """Faces of a chunk whose Roe mean has complex speeds; the last face belongs to the next chunk."""
+    def _lost_faces(self, q: Field, n: int, closing: bool) -> tuple[Any, np.ndarray | None]:
+        """Faces of a chunk whose Roe mean has complex speeds, and their depths; the last face belongs to the next chunk."""
         model = self.problem.model
         if not model.defines("hyperbolic_discriminant"):
-            return ()
+            return (), None
         ql, qr = (cut(q, self._runner.part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
         if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
-            return ()
-        return np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
+            return (), None
+        faces, depths = np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0), deepness(model, ql, qr)
+        return faces, None if depths is None else np.broadcast_to(depths, np.shape(ql[0]))[faces]
 
     def rate(self, q: np.ndarray, t: float) -> np.ndarray:
         """Return dq/dt (num_eqn, num_cells) at the padded state q: the scheme in the limit dt -> 0, sources left out."""
@@ -147,9 +148,9 @@ class StagedNumpyKernel(NumpyKernel):
         self._registers = np.zeros((self._program.registers, *self.padded(problem.q0).shape))
         self._sources = None if self.source_plan is None else Runner(parts, self.source_plan, {n for _, n in self._chunks})
 
-    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, int, int]:
+    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, Lost, int]:
         registers, units = self._registers, (1.0, dt / self.problem.grid.dx, dt)
-        speed, flux, lost, started = 0.0, np.zeros_like(self._no_flux), (0, -1), False
+        speed, flux, lost, started = 0.0, np.zeros_like(self._no_flux), (Lost(), -1), False
         self.inside(registers[0])[:] = self.inside(q)
         for sweep in self._program.sweeps:
             state, rate = registers[sweep.state], registers[sweep.rate]
@@ -157,7 +158,8 @@ class StagedNumpyKernel(NumpyKernel):
             if sweep.implicit:
                 self._source_rate(state, rate, sweep.share * dt)
             else:
-                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], "net", lambda to, _, net: np.negative(net, out=to))
+                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], "net",
+                                    lambda to, _, net: np.negative(net, out=to))
                 if found[0] == found[0]:
                     speed = max(speed, found[0])
                 elif speed * units[TRANSPORT] <= self.scheme.cfl_max:  # else the step is too long, whatever later stages say

@@ -6,7 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fvkit.backends.base import SHORTEST, Kernel, March, Outcome, step_length
+from fvkit.backends.base import FILM, MICRO, SHORTEST, Kernel, March, Outcome, step_length
+
+
+class Lost(NamedTuple):
+    """How many faces lost hyperbolicity, how many of them in films, and the depth of the deepest, in whole micrometres."""
+
+    faces: int = 0
+    films: int = 0
+    deepest: int = 0
+
+    def more(self, depths: np.ndarray | None, count: int) -> "Lost":
+        """Return the sum with so many faces of these depths, in micrometres; None for a model without a depth."""
+        if depths is None:
+            return self._replace(faces=self.faces + count)
+        films = int(np.count_nonzero(depths < FILM * MICRO))
+        return Lost(self.faces + count, self.films + films, max(self.deepest, int(np.max(depths, initial=0.0))))
 
 
 class Trial(NamedTuple):
@@ -23,7 +38,7 @@ class Trial(NamedTuple):
     max_speed: float
     good: bool
     flux: np.ndarray
-    lost: int
+    lost: Lost
     lost_face: int
 
 
@@ -61,10 +76,12 @@ class StepwiseKernel(Kernel):
         if outcome is not Outcome.PAUSED:
             march.refuse(dt, rejected)
             return outcome
-        if report.lost:
+        if report.lost.faces:
             if not march.lost:
                 march.lost_face, march.lost_time = report.lost_face, t
-            march.lost += report.lost
+            march.lost += report.lost.faces
+            march.films += report.lost.films
+            march.deepest = max(march.deepest, report.lost.deepest)
             if march.stop_when_lost:
                 march.refuse(dt, rejected)
                 return Outcome.LOST_HYPERBOLICITY

@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit.backends.base import March
 from fvkit.backends.numba_kernel import NumbaKernel
-from fvkit.backends.stepwise import StepwiseKernel, Trial
+from fvkit.backends.stepwise import Lost, StepwiseKernel, Trial
 from fvkit.backends.writer import TILE
 from fvkit.problem import Problem
 from fvkit.schemes.base import Parts, Scheme
@@ -57,4 +57,5 @@ class ThreadedKernel(StepwiseKernel):
         found = [scratch[4] for _, _, scratch in self._shares]
         firsts = [int(item[1]) for item in found if item[1] >= 0]
         flux = np.array([self._shares[0][2][3][0], self._shares[-1][2][3][1]])
-        return Trial(speed, not bad, flux, sum(int(item[0]) for item in found), min(firsts, default=-1))
+        lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
+        return Trial(speed, not bad, flux, lost, min(firsts, default=-1))

@@ -58,7 +58,8 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
 
 def drive(parts, ratio, q, net, aux, left, right):
     """Return the state of a cell after its transport and its sources; ``left`` and ``right`` bear the push of its faces."""
-    return (acted(parts.joint, parts.model, q, combine(1.0, q, -ratio, net), combine(0.5, left, 0.5, right), aux, ratio * parts.dx),)
+    after, bearing = combine(1.0, q, -ratio, net), combine(0.5, left, 0.5, right)
+    return (acted(parts.joint, parts.model, q, after, bearing, aux, ratio * parts.dx),)
 
 
 def on_face(model, ql, qr, auxl, auxr):

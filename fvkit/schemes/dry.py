@@ -16,8 +16,8 @@ import numpy as np
 
 from fvkit.answers import mass_flux, wave_speeds
 from fvkit.pointwise import TINY, combine, largest_share, maximum, minimum, scale, subtract, where
-from fvkit.schemes.fluctuations import anchored, left_going, right_going
 from fvkit.schemes.driven import for_cells, jumps
+from fvkit.schemes.fluctuations import anchored, left_going, right_going
 
 #: Half of a cell's mass, less what rounding may add to it.
 HALF = 0.5 * (1.0 - 1e-14)

@@ -17,9 +17,9 @@ import numpy as np
 
 from fvkit.pointwise import TINY, add, maximum, scale, subtract, weighted, where
 from fvkit.schemes.base import Read, Stage
+from fvkit.schemes.driven import for_cells, jumps
 from fvkit.schemes.dry import hold_within, mass_fluxes, uneven
 from fvkit.schemes.fluctuations import fluctuations, half_signs, riemann_problem
-from fvkit.schemes.driven import for_cells, jumps
 
 #: The smallest shock looked at, its change of depth over the depth; results are insensitive from .005 to .1.
 WEAKEST = 0.02

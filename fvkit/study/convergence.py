@@ -9,6 +9,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.assembly import default_scheme
 from fvkit.grid import Grid
+from fvkit.interruption import keeping
 from fvkit.model import Model
 from fvkit.problem import Problem
 from fvkit.quadrature import cell_averages
@@ -62,6 +63,8 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
         If a run fails.
     ValueError, TypeError
         For bad input.
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the Convergence of the grids that are done, None where they are too few.
 
     Examples
     --------
@@ -83,25 +86,37 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
     measure = NORMS[_validate.choice(norm, "norm", NORMS)]
     wanted = None if expect is None else _validate.real(expect, "expect")
     exact = None if reference is None else _averaging(reference)
-    solutions = [_run(problem_of, scheme, count, backend, progress) for count in counts]
-    if exact is None:
-        errors = [measure(coarse.q[-1] - _onto(fine.q[-1], coarse.grid.num_cells), coarse.grid.dx)
-                  for coarse, fine in pairwise(solutions)]
-    else:
-        errors = [measure(solution.q[-1] - exact(solution.model, solution.grid, float(solution.t[-1])), solution.grid.dx)
-                  for solution in solutions]
-    chosen = default_scheme(problem_of(counts[0])) if scheme is None else scheme
-    kind = "self-converged" if exact is None else getattr(reference, "kind", "exact")
-    result = Convergence(describe(chosen), type(solutions[0].model).__name__, kind, norm, solutions[0].model.conserved, counts,
-                         np.array(errors), tuple(solution.stats.seconds for solution in solutions))
+    solutions: list[Solution] = []
+
+    def found() -> Convergence:
+        if exact is None:
+            errors = [measure(coarse.q[-1] - _onto(fine.q[-1], coarse.grid.num_cells), coarse.grid.dx)
+                      for coarse, fine in pairwise(solutions)]
+        else:
+            errors = [measure(solution.q[-1] - exact(solution.model, solution.grid, float(solution.t[-1])), solution.grid.dx)
+                      for solution in solutions]
+        chosen = default_scheme(problem_of(counts[0])) if scheme is None else scheme
+        kind = "self-converged" if exact is None else getattr(reference, "kind", "exact")
+        return Convergence(describe(chosen), type(solutions[0].model).__name__, kind, norm, solutions[0].model.conserved,
+                           counts[:len(solutions)], np.array(errors), tuple(solution.stats.seconds for solution in solutions))
+
+    with keeping(lambda: found() if len(solutions) >= _least(exact is None) else None):
+        for count in counts:
+            solutions.append(_run(problem_of, scheme, count, backend, progress))
+    result = found()
     if wanted is not None:
         result.check(wanted)
     return result
 
 
+def _least(alone: bool) -> int:
+    """Number of grids that show an order: without a reference the last has no error."""
+    return 3 if alone else 2
+
+
 def _counts(cells: Sequence[int], alone: bool) -> tuple[int, ...]:
     counts = tuple(_validate.whole(count, "cells", at_least=1) for count in _validate.listed(cells, "cells", "[50, 100, 200]"))
-    least = 3 if alone else 2
+    least = _least(alone)
     if len(counts) < least or any(b <= a for a, b in pairwise(counts)):
         raise ValueError(f"`cells` must hold at least {least} ascending numbers{' without a reference' * alone}, got {counts}")
     if alone and any(b * counts[0] != a * counts[1] or b % a for a, b in pairwise(counts)):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from fvkit.errors import Portable
 from fvkit.io import write_whole
 from fvkit.study.layout import plain, table
 from fvkit.study.rounding import ROUNDING
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class OrderError(AssertionError):
+class OrderError(Portable, AssertionError):
     """A scheme that does not show the expected order; the message holds the table.
 
     Parameters

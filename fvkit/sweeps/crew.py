@@ -53,9 +53,7 @@ class Crew:
 
     def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         if self._own and self._executor is not None:
-            for process in dict(getattr(self._executor, "_processes", None) or {}).values() if kind is not None else ():
-                process.terminate()  # a sweep that stops early does not wait for members under way
-            self._executor.shutdown(wait=True, cancel_futures=True)
+            end_processes(self._executor, at_once=kind is not None)
 
     def run(self, members: Sequence[tuple[int, dict[str, Any]]]) -> Iterator[list[Outcome]]:
         """Yield outcomes as they come; every member is in exactly one of them."""
@@ -126,20 +124,31 @@ class Crew:
 
     def _processes(self) -> ProcessPoolExecutor:
         self._pools += 1
-        return ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin_worker)
+        return ProcessPoolExecutor(self.workers, mp_context=multiprocessing.get_context("spawn"), initializer=begin_worker)
 
     def _check_alive(self, error: BaseException) -> None:
-        """Stop where processes die before they do anything: all others would."""
+        """Stop where the user stopped a member, and where processes die before they do anything: all others would."""
+        if isinstance(error, KeyboardInterrupt):
+            raise error
         if self._pools >= POOLS and not self._finished and isinstance(error, BrokenExecutor):
             raise RuntimeError("the processes of the sweep died before any member finished. A script needs `if __name__ == "
                                "\"__main__\":` around its call of fv.sweep; workers=1 runs in this process and shows other "
                                "reasons") from error
 
 
-def _begin_worker() -> None:
-    """Leave Ctrl-C, which reaches every process of a terminal, to the one that started the sweep; end when that is killed."""
+def begin_worker() -> None:
+    """Leave Ctrl-C, which reaches every process of a terminal, to the one that started this one; end when that ends this one
+    (a forked process has inherited what that does on SIGTERM) or is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, name="fvkit-parent", daemon=True).start()
+
+
+def end_processes(executor: Executor, at_once: bool) -> None:
+    """End the processes of an executor: ``at_once``, or when they have done what they are at."""
+    for process in dict(getattr(executor, "_processes", None) or {}).values() if at_once else ():
+        process.terminate()
+    executor.shutdown(wait=True, cancel_futures=True)
 
 
 def _end_with_parent() -> None:

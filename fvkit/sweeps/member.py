@@ -8,11 +8,13 @@ import attrs
 import numpy as np
 
 from fvkit import _validate
-from fvkit.solution import Solution, SolveError, Status
+from fvkit.interruption import uninterrupted
+from fvkit.solution import Solution, SolveError
 from fvkit.sweeps.keep import Keep
 
-#: How a member may end, besides the names of `fvkit.Status`: the function raised, or the executor never gave an answer.
-FINISHED, ERROR, LOST = "finished", "error", "lost"
+#: How a member may end, besides the names of `fvkit.Status`: the function raised, the executor never gave an answer, or the
+#: sweep was stopped before it ended.
+FINISHED, ERROR, LOST, STOPPED = "finished", "error", "lost", "interrupted"
 
 Function = Callable[..., Any]
 
@@ -46,8 +48,7 @@ class Work:
             returned = self.function(**sample)
             status, message = FINISHED, ""
             if isinstance(returned, Solution):
-                if returned.status is Status.INTERRUPTED:
-                    raise KeyboardInterrupt
+                uninterrupted(returned)
                 status, message = returned.status.name.lower(), returned.message
                 returned = self.keep(returned) if returned.success else {}
             outputs = _numbers(returned)

@@ -7,11 +7,12 @@ from time import perf_counter
 from typing import Any
 
 from fvkit import _validate
+from fvkit.interruption import keeping
 from fvkit.progress import checked, counter
 from fvkit.solution import Solution
 from fvkit.sweeps.crew import Crew
 from fvkit.sweeps.keep import Keep
-from fvkit.sweeps.member import Function, Outcome, Work
+from fvkit.sweeps.member import STOPPED, Function, Outcome, Work
 from fvkit.sweeps.result import SweepResult
 from fvkit.sweeps.samples import Samples
 from fvkit.sweeps.store import Store
@@ -50,6 +51,9 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
         For bad input; also where ``folder`` holds another sweep, or the function cannot be sent to processes.
     RuntimeError
         If processes die before any member finished.
+    KeyboardInterrupt
+        After Ctrl-C, which does not wait for members under way; its attribute ``result`` is the SweepResult so far, in which
+        these have the status ``"interrupted"``.
 
     Notes
     -----
@@ -70,7 +74,13 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
     store = None if folder is None else Store.open(folder, work, samples)
     known: dict[int, Outcome] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}
     missing = [(member, samples[member]) for member in range(len(samples)) if member not in known]
-    with counter(checked(progress), len(samples), "members") as report, crew:
+
+    def result() -> SweepResult:
+        outcomes = [known.get(member) or Outcome(member, STOPPED, "the sweep was stopped before it ended", 0.0, {})
+                    for member in range(len(samples))]
+        return SweepResult.of(samples, outcomes, perf_counter() - started)
+
+    with keeping(result), counter(checked(progress), len(samples), "members") as report, crew:
         report(len(known))
         for outcomes in crew.run(missing):
             for outcome in outcomes:
@@ -78,4 +88,4 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
                 if store is not None:
                     store.write(outcome)
             report(len(known))
-    return SweepResult.of(samples, [known[member] for member in range(len(samples))], perf_counter() - started)
+    return result()

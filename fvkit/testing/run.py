@@ -66,6 +66,8 @@ def run(suite: type) -> Outcome:
                 check(suite(), **arguments)
             except pytest.skip.Exception as reason:
                 skipped[label] = str(reason)
+            except KeyboardInterrupt:  # also that of a run, which is a RuntimeError as well
+                raise
             except Exception as error:
                 failed[label] = f"{type(error).__name__}: {str(error) or extract_tb(error.__traceback__)[-1].line}"
             else:

@@ -4,17 +4,21 @@ import argparse
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fvkit import _validate
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, SUCCESS, add_command
-from fvkit.io import usable_folder
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.io import remove, usable_folder
 from fvkit_granular.scene_file import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.randomly import HIGH, pairs, plan, random_stress
 from fvkit_granular.stress.suite import MODELS, SOLVERS, stress
+
+#: What the command writes: of hard scenes, or of random ones.
+JUDGED, RANDOM = ("stress.json", "stress.txt", "stress.png"), ("report.json", "report.csv", "report.png")
 
 
 def register(commands: Any, teller: Callable[[], Callable[[str], None] | None]) -> None:
@@ -51,25 +55,28 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
         _validate.choice(order, "--orders", (1, 2, HIGH))
     if options.workers is not None:
         _validate.whole(options.workers, "--workers", at_least=1)
-    usable_folder(options.out, "--out")
+    usable_folder(options.out, "--out", (*JUDGED, *RANDOM))
     if options.random is not None:
         return _random(options)
-    report = stress(options.full, scenes or None, backends=options.backends, workers=options.workers, progress=tell)
+    report, stopped = done_so_far(partial(stress, options.full, scenes or None, backends=options.backends,
+                                          workers=options.workers, progress=tell))
     folder = report.save(options.out)
+    remove(folder, RANDOM)
     if tell is not None:
         tell("")
     print(report.summary())
     print(f"written to {folder}/: stress.json, stress.txt, stress.png")
-    return SUCCESS if report.success else FAILED
+    return INTERRUPTED if stopped else SUCCESS if report.success else FAILED
 
 
 def _random(options: argparse.Namespace) -> int:
     count, seed = _validate.whole(options.random, "--random", at_least=1), _validate.whole(options.seed, "--seed", at_least=0)
     first = _validate.whole(options.first, "--first", at_least=0)
     print(plan(count, pairs(options.models, options.riemann), options.orders, options.workers or os.cpu_count() or 1), flush=True)
-    report = random_stress(count, seed, options.models, options.riemann, options.orders, first=first, workers=options.workers,
-                           progress=sys.stderr.isatty())
+    report, stopped = done_so_far(partial(random_stress, count, seed, options.models, options.riemann, options.orders,
+                                          first=first, workers=options.workers, progress=sys.stderr.isatty()))
     folder = report.save(options.out)
+    remove(folder, JUDGED)
     print(report.summary())
     print(f"written to {folder}/: report.json, report.csv, report.png")
-    return SUCCESS if report.success else FAILED
+    return INTERRUPTED if stopped else SUCCESS if report.success else FAILED

@@ -11,6 +11,7 @@ import numpy as np
 from fvkit import MethodOfLines, Model, Scheme, SolveError, Status, Stepper, WavePropagation
 from fvkit.backends.numba_kernel import available
 from fvkit.backends.program import program
+from fvkit.interruption import keeping
 from fvkit.progress import Progress, counter
 from fvkit.study.report import environment
 from fvkit_granular.stress.checks import Check
@@ -193,6 +194,11 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     -------
     RandomReport
         ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `limits.COLLAPSES` knows.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the RandomReport of the runs that are done, None where there are none.
     """
     chosen = pairs(models, riemann)
     size = min(BLOCK, count)
@@ -203,14 +209,17 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
               for model, solver in chosen for order in orders for setting in SETTINGS]
     found: dict[tuple[str, str, int], list[dict[str, Any]]] = {(*pair, order): [] for pair in chosen for order in orders}
     started, done = time.perf_counter(), 0
-    with counter(progress, count * len(found), "run") as show:
+
+    def report() -> RandomReport:
+        return RandomReport([_row(key, parts) for key, parts in found.items() if parts], seed, first, count,
+                            *environment("fvkit", "numpy", "numba"), time.perf_counter() - started)
+
+    with keeping(lambda: report() if done else None), counter(progress, count * len(found), "run") as show:
         for part in in_processes(run_random, wanted, workers, lambda line: None):
             found[part["model"], part["riemann"], part["order"]].append(part)
             done += part["problems"]
             show(done)
-    machine, versions = environment("fvkit", "numpy", "numba")
-    return RandomReport([_row(key, parts) for key, parts in found.items()], seed, first, count, machine, versions,
-                        time.perf_counter() - started)
+    return report()
 
 
 def _row(key: tuple[str, str, int], parts: list[dict[str, Any]]) -> dict[str, Any]:

@@ -3,14 +3,16 @@
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from itertools import product
 from typing import Any
 
 from fvkit import SolveError, Stepper, WavePropagation, solve
 from fvkit.backends.numba_kernel import available
+from fvkit.interruption import keeping, uninterrupted
 from fvkit.study.covering import covering
 from fvkit.study.report import environment
+from fvkit.sweeps.crew import begin_worker, end_processes
 from fvkit_granular.parts import MODELS
 from fvkit_granular.parts import RIEMANN as SOLVERS
 from fvkit_granular.scene_file import find_scene
@@ -61,30 +63,41 @@ def stress(full: bool = False, scenes: Sequence[str] | None = None, *, backends:
     -------
     StressReport
         ``.success`` where nothing failed but what is known to.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the StressReport of the runs that are done, None where there are none.
     """
     chosen = backends or (("numba", "numpy") if available() else ("numpy",))
     wanted = choices(full, scenes or tuple(CASES), chosen)
     started = time.perf_counter()
-    rows = sorted(in_processes(run_case, wanted, workers, progress or (lambda line: None)),
-                  key=lambda row: wanted.index({key: row[key] for key in AXES}))
-    machine, versions = environment("fvkit", "numpy", "numba")
-    return StressReport(rows, machine, versions, time.perf_counter() - started)
+    rows: list[dict[str, Any]] = []
+
+    def report() -> StressReport:
+        ordered = sorted(rows, key=lambda row: wanted.index({key: row[key] for key in AXES}))
+        return StressReport(ordered, *environment("fvkit", "numpy", "numba"), time.perf_counter() - started)
+
+    with keeping(lambda: report() if rows else None):
+        for row in in_processes(run_case, wanted, workers, progress or (lambda line: None)):
+            rows.append(row)
+    return report()
 
 
 def in_processes(work: Callable[..., dict[str, Any]], wanted: Sequence[dict[str, Any]], workers: int | None,
                  tell: Tell) -> Iterator[dict[str, Any]]:
     """Yield the results of ``work(**item)``, in the order in which they end."""
-    count = workers or os.cpu_count() or 1
-    pool: Executor
-    with ProcessPoolExecutor(min(count, max(len(wanted), 1))) as pool:
+    count, complete = workers or os.cpu_count() or 1, False
+    pool = ProcessPoolExecutor(min(count, max(len(wanted), 1)), initializer=begin_worker)
+    try:
         pending: list[Future[dict[str, Any]]] = [pool.submit(work, **item) for item in wanted]
-        try:
-            for done, future in enumerate(as_completed(pending), start=1):
-                row = future.result()
-                tell(f"{done}/{len(wanted)} {row.get('verdict', '')} " + " ".join(str(row[key]) for key in AXES if key in row))
-                yield row
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+        for done, future in enumerate(as_completed(pending), start=1):
+            row = future.result()
+            tell(f"{done}/{len(wanted)} {row.get('verdict', '')} " + " ".join(str(row[key]) for key in AXES if key in row))
+            yield row
+        complete = True
+    finally:
+        end_processes(pool, at_once=not complete)
 
 
 def run_case(scene: str, model: str, riemann: str, order: int, backend: str) -> dict[str, Any]:
@@ -110,8 +123,8 @@ def make_run(choice: dict[str, Any]) -> Run:
     except SolveError:
         first = problem.t_end - problem.t_start  # `solve` below fails alike, and says how
     nominal = (problem.t_end - problem.t_start) / first
-    solution = solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
-                     max_steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100)
+    solution = uninterrupted(solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
+                                   max_steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100))
     return Run(chosen, problem, choice["order"], solution, nominal)
 
 

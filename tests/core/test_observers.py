@@ -1,10 +1,14 @@
 """Observers: gauges against the solution itself, extremes against every state, fronts and deposits against exact flows."""
 
+import json
+
+import attrs
 import numpy as np
 import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
+from fvkit.archive import Archive, Unreadable, write_archive
 from tests.cases import solve
 
 
@@ -76,8 +80,141 @@ def test_a_gauge_goes_on_with_a_resumed_run(tmp_path):
     solve(problem, observers=[whole])
     solve(problem, observers=[first], max_steps=6, throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
     fv.resume(tmp_path / "run.npz", observers=[second])
-    assert np.array_equal(np.concatenate([first.t, second.t]), whole.t)
-    assert np.array_equal(np.concatenate([first.values["h"], second.values["h"]]), whole.values["h"])
+    assert np.array_equal(first.t, whole.t[:7])
+    assert np.array_equal(second.t, whole.t)
+    assert np.array_equal(second.values["h"], whole.values["h"])
+
+
+@attrs.define(eq=False)
+class Mean(fv.Observer):
+    """An observer of one's own: the mean of the first component."""
+
+    power: float = 1.0
+    series: list = attrs.field(factory=list, init=False)
+
+    def begin(self, problem):
+        self.series = []
+
+    def see(self, problem, t, q):
+        self.series.append((t, float((q[0] ** self.power).mean())))
+
+    def record(self):
+        return {"series": np.array(self.series)}
+
+    def recall(self, problem, record):
+        self.series = [tuple(row) for row in record["series"].tolist()]
+
+
+class Forgetful(Mean):
+    def record(self):
+        return None
+
+
+WATCHERS = {
+    "gauge": lambda: fv.Gauge([0.3, -1.0]), "gauge with dt": lambda: fv.Gauge(0.3, dt=0.05), "extremes": fv.Extremes,
+    "front": lambda: gr.Front(1.2), "own": lambda: Mean(2.0)}
+
+
+def watched(observer):
+    """Everything that an observer shows."""
+    shown = {name: getattr(observer, name, None) for name in
+             ("t", "values", "largest", "smallest", "when", "left", "right", "deposit", "series")}
+    return {name: {key: np.array(value) for key, value in (values if isinstance(values, dict) else {"": values}).items()}
+            for name, values in shown.items() if values is not None}
+
+
+@pytest.mark.parametrize("name", WATCHERS)
+@pytest.mark.parametrize("same", [True, False])
+@pytest.mark.parametrize("stops", [(0,), (1,), (9,), (3, 7, 11)])
+def test_an_observer_of_a_run_in_parts_is_that_of_the_whole_run(name, same, stops, tmp_path):
+    problem, path, make = dam_break(50, model=gr.TwoPhase), tmp_path / "run.npz", WATCHERS[name]
+    whole, part, other = make(), make(), fv.Gauge([2.0])
+    solve(problem, observers=[whole])
+    solve(problem, observers=[other, part], max_steps=stops[0], throw=False, checkpoint=fv.Checkpoint(path))
+    for steps in (*stops[1:], 10_000):
+        part, other = (part, other) if same else (make(), fv.Gauge([2.0]))
+        fv.resume(path, observers=[part, other], max_steps=steps, throw=False)
+    np.testing.assert_equal(watched(part), watched(whole))
+
+
+def test_an_observer_forgets_what_it_saw_after_the_checkpoint(tmp_path):
+    problem, path = dam_break(50), tmp_path / "run.npz"
+    whole, maps = fv.Extremes(), fv.Extremes()
+    solve(problem, observers=[whole])
+    solve(problem, observers=[maps], max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(dam_break(30, depth=3.0), observers=[maps])
+    fv.resume(path, observers=[maps])
+    np.testing.assert_equal(watched(maps), watched(whole))
+
+
+def test_a_step_whose_notes_an_exception_prevented_is_noted_when_the_run_goes_on(tmp_path):
+    problem, path, whole, gauge = dam_break(50), tmp_path / "run.npz", fv.Gauge(0.3), fv.Gauge(0.3)
+    solve(problem, observers=[whole])
+
+    def fail(stepper):
+        if stepper.steps == 5:
+            raise ArithmeticError("on purpose")
+
+    with pytest.raises(ArithmeticError):
+        solve(problem, observers=[fail, gauge], checkpoint=fv.Checkpoint(path))
+    assert len(gauge.t) == 5
+    fv.resume(path, observers=[gauge])
+    np.testing.assert_equal(watched(gauge), watched(whole))
+
+
+@pytest.mark.parametrize(("given", "then"), [
+    ((), fv.Gauge(0.3)), ((fv.Gauge(0.3),), fv.Gauge(0.2)), ((fv.Gauge(0.3),), fv.Gauge(0.3, dt=0.1)), ((fv.Extremes(),), gr.Front(0.1)),
+    ((Mean(1.0),), Mean(2.0)), ((Forgetful(),), Forgetful()), ((fv.Gauge(0.3),), [fv.Gauge(0.3), fv.Gauge(0.3)])])
+def test_a_warning_says_that_an_observer_has_no_record(given, then, tmp_path):
+    path = tmp_path / "run.npz"
+    solve(dam_break(50), observers=given, max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    with pytest.warns(RuntimeWarning, match=r"sees the run from t = 0\.\d+ on alone: .*run.npz has no notes of"):
+        fv.resume(path, observers=then)
+
+
+def test_functions_and_observers_of_a_run_that_has_not_begun_need_no_record(tmp_path):
+    path = tmp_path / "run.npz"
+    solve(dam_break(50), max_steps=0, throw=False, checkpoint=fv.Checkpoint(path))
+    gauge = fv.Gauge(0.3)
+    fv.resume(path, observers=[gauge, lambda stepper: None])
+    assert gauge.t[0] == 0.0
+
+
+@pytest.mark.parametrize("damage", [
+    lambda plan, arrays: plan.update(observers=3), lambda plan, arrays: plan["observers"][0].update(notes=7),
+    lambda plan, arrays: plan["observers"][0].update(notes=["nothing"]),
+    lambda plan, arrays: arrays.update({"observer_0_": np.zeros(3)}), lambda plan, arrays: arrays.update({"observer_0_h": np.zeros((7, 2))}),
+    lambda plan, arrays: arrays.update({"observer_0_h": np.array(["a"])}), lambda plan, arrays: arrays.pop("observer_0_steps")])
+def test_damaged_notes_are_refused_naming_the_file(damage, tmp_path):
+    path = tmp_path / "run.npz"
+    solve(dam_break(50), observers=[fv.Gauge(0.3)], max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    arrays = dict(Archive(path).arrays)
+    plan = json.loads(str(arrays["plan"]))
+    damage(plan, arrays)
+    write_archive(path, arrays | {"plan": json.dumps(plan)})
+    with pytest.raises(Unreadable, match=r"run\.npz"):
+        fv.resume(path, observers=[fv.Gauge(0.3)])
+
+
+@pytest.mark.parametrize("dt", [0.1, 0.05, 0.2, 0.01, 1.0 / 3.0, 0.7])
+@pytest.mark.parametrize("by", ["output times", "steps"])
+def test_steps_that_end_at_multiples_are_all_noted_whatever_their_rounding(dt, by):
+    problem = dam_break(20, depth=1e-3)
+    problem = fv.Problem(problem.model, problem.grid, problem.q0, 300 * dt)
+    gauge, count = fv.Gauge(0.0, dt=dt), 300
+    times = [float(f"{k * dt:.15g}") for k in range(1, count)] + [count * dt] if by == "output times" else None
+    solve(problem, fv.WavePropagation(gr.Relaxation()), times=times, observers=[gauge], dt=dt)
+    assert len(gauge.t) == count + 1
+    assert np.allclose(gauge.t, dt * np.arange(count + 1), rtol=1e-12)
+
+
+def test_checkpoints_at_multiples_of_the_steps_are_not_missed_by_rounding(tmp_path, monkeypatch):
+    problem, written = dam_break(20, depth=1e-3), []
+    problem = fv.Problem(problem.model, problem.grid, problem.q0, 30.0)
+    monkeypatch.setattr("fvkit.checkpoint.Saver.write", lambda saver: written.append(saver._stepper.t) or setattr(saver, "_t", written[-1]))
+    monkeypatch.setattr("fvkit.checkpoint.Saver.hint", lambda saver: "")
+    solve(problem, checkpoint=fv.Checkpoint(tmp_path / "c.npz", seconds=None, interval=0.3), observers=[lambda stepper: None], dt=0.1)
+    assert np.allclose(written[:-1], 0.3 * np.arange(1, 101))
 
 
 def test_extremes_are_those_of_every_state():

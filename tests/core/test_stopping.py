@@ -169,3 +169,16 @@ def test_an_inflow_that_varies_is_of_second_order_in_time(backend):
         errors.append(np.abs(end.q[-1, 0] - exact)[: cells // 2].mean())
     assert np.log2(errors[0] / errors[1]) > 1.8
     assert np.log2(errors[1] / errors[2]) > 1.8
+
+
+@pytest.mark.parametrize("times", [[0.0], [0.2], [0.1, 0.3]])
+def test_a_run_whose_last_output_is_before_the_end_says_so(times):
+    solution = fv.solve(gr.scene("dam-break").problem(gr.ShallowWater, 50), times=times)
+    assert solution.status is fv.Status.FINISHED
+    assert solution.message == f"the last of the output times was reached, t = {times[-1]:.8g} of t_end = 0.5"
+    assert solution.configuration["message"] == solution.message
+
+
+@pytest.mark.parametrize("times", [None, [0.5], [0.2, 0.5]])
+def test_a_run_to_the_end_time_says_that(times):
+    assert fv.solve(gr.scene("dam-break").problem(gr.ShallowWater, 50), times=times).message == "the end time was reached"

@@ -140,6 +140,48 @@ def test_it_says_where_it_may_fail(changes, words):
     assert f"caution: {warning}" in gr.advise(scene(**changes)).text()
 
 
+def slope(x):
+    return 0.3 * (10.0 - x)
+
+
+VARYING = {"initial": lambda x: {"h": 1.0, "phi": 0.4 + 0.2 * (x < 5.0)}}
+
+
+@pytest.mark.parametrize("changes", [
+    {"sources": gr.CoulombFriction(0.2), "bottom": slope}, {"sources": gr.Voellmy(0.2, 500.0)}, {"sources": gr.Manning(0.03)},
+    {"sources": (gr.ConstantDrag(1.0), gr.CoulombFriction(0.2)), "bottom": lambda x: 0.1 * np.sin(x)},
+    {"sources": gr.PitmanLeDrag(1.0, 2.0)}, {"boundary": (fv.Inflow([0.5, 0.0, 0.5, 0.0]), fv.Outflow())},
+    {"boundary": (fv.Outflow(), gr.Stage(1.0))}, {"boundary": (gr.GivenFlow(h=1.0, phi=0.5, vs=0.1, vf=0.1), fv.Outflow())},
+    {"boundary": fv.Wall(), "t_end": 3.0}, {"boundary": fv.Periodic(), "t_end": 9.0},
+    {"initial": lambda x: {"h": 1.0, "phi": 0.5, "vs": 2.0}}, VARYING | {"bottom": slope}, VARYING | {"gamma": 0.05},
+    {"initial": lambda x: {"h": 1.0, "phi": 0.4 + 0.2 * (x < 5.0), "vs": 6.0, "vf": 6.0}},
+    {"initial": lambda x: {"h": 1.0 * (x < 5.0), "phi": 0.1 + 0.8 * (x < 2.0)}},
+])
+def test_no_error_is_predicted_where_that_was_never_validated(changes):
+    advice = gr.advise(scene(**changes), 1e-2)
+    assert not advice.valid
+    assert advice.model == "two-phase"
+    assert "predicted model error: not valid here" in advice.text()
+    assert f"{advice.numbers.shallow:.1e}" not in advice.text()
+    assert advice.warnings
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "dry"])
+def test_what_was_validated_is_valid(kind):
+    assert all(gr.advise(random_scene(kind, 1, index)).valid for index in range(10))
+
+
+def test_uniform_scenes_without_slip_are_valid_over_any_bottom():
+    assert gr.advise(scene(bottom=slope, gamma=0.05)).valid
+
+
+def test_the_command_prints_no_prediction_where_none_is_valid(capsys):
+    assert main(["advise", "sliding-dam-break", "--check", "--backend", "numpy"]) == 0
+    out = capsys.readouterr().out
+    assert "no prediction is valid here" in out
+    assert [line.split()[1:3] for line in out.splitlines() if line.startswith(("reduced ", "shallow-water "))] == [["not", "valid"]] * 2
+
+
 def test_friction_without_buoyancy_speaks_against_shallow_water():
     found = indicators(gr.scene("sliding-dam-break"))
     assert found.shallow > 1e-3

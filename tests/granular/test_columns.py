@@ -75,3 +75,60 @@ def test_mistakes_have_their_place(text, words, write):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"there is no file .*nothing\.csv"):
         gr.Profile.read(tmp_path / "nothing.csv", "h", "linear")
+
+
+HILLS = [0.0, 12.5, 40.0, 33.0, 51.0]
+
+
+def survey(values, header="x [m], b [m]"):
+    return "\n".join([header, *(f"{10 * k}, {value!r}" for k, value in enumerate(values))]) + "\n"
+
+
+@pytest.mark.parametrize("code", [-9999.0, -32768.0, 32767.0, 1e20, 9.96921e36, 9.969209968386869e36, -3.4028234663852886e38, -999.0, -99999.0,
+                                  9999.0, -1e30, 12345.0, -20000.0])
+@pytest.mark.parametrize("row", [0, 2, 5])
+def test_a_code_for_missing_values_is_no_elevation(code, row, write):
+    path = write(survey([*HILLS[:row], code, *HILLS[row:]]))
+    with pytest.raises(ValueError, match=rf"data.csv, line {row + 2}, column `b`: .* looks like a code for a missing value"):
+        gr.Profile.read(path, "b", "linear")
+
+
+@pytest.mark.parametrize(("values", "line"), [([*HILLS, -9999.0, -9999.0], 7), ([-9999.0, 1e20], 2), ([-9999.0, *HILLS, 1e20], 2)])
+def test_many_codes_are_refused_at_the_first(values, line, write):
+    with pytest.raises(ValueError, match=f"line {line}, column `b`"):
+        gr.Profile.read(write(survey(values)), "b", "linear")
+
+
+def test_codes_in_other_columns_are_refused_too(write):
+    path = write("x [m], phi [%], v [m/s]\n0, 40, 1\n1, -9999, 2\n2, 50, -9999\n")
+    for column, measures, line in (("phi", "share", 3), ("v", "speed", 4)):
+        with pytest.raises(ValueError, match=f"line {line}, column `{column}`"):
+            gr.Profile.read(path, column, "linear", measures=measures)
+    with pytest.raises(ValueError, match="line 3, column `discharge`"):
+        gr.Hydrograph.read(write("t [s], discharge [m2/s], phi [-]\n0, 1, 0.5\n999, -9999, 0.5\n"))
+
+
+@pytest.mark.parametrize("values", [[0.0, 99.0], [-998.0, -999.0, -1010.0, -900.0], [-5000.0, -999.0, 10.0], [99.0, 100.0], [8848.0, 8000.0]])
+def test_numbers_among_others_are_elevations(values, write):
+    np.testing.assert_array_equal(gr.Profile.read(write(survey(values)), "b", "linear").values, values)
+
+
+def scene_over(path):
+    bottom = gr.Profile.read(path, "b", "linear")
+    return gr.Scene((bottom.x[0], bottom.x[-1]), 1.0, lambda x: {"h": 1.0, "phi": 0.5}, bottom=bottom)
+
+
+@pytest.mark.parametrize(("text", "fix"), [
+    ("x [m], b [m]\n0, 0.8\n2500, 0.3\n5000, 0.0\n", "if `b` is in kilometres"), ("x [m], b [m]\n0, 2.412\n300, 2.3\n", "if `b` is in kilometres"),
+    ("x [m], b [m]\n0, 800\n2.5, 300\n5, 0\n", "if x is in kilometres"), ("x [m], b [m]\n0, 0\n2, 30\n10, 200\n", "`b` in centimetres"),
+    ("x [km], b [m]\n0, 0.8\n5, 0\n", "if `b` is in kilometres"), ("x [m], b [km]\n0, 0.8\n5, 0\n", "if x is in kilometres")])
+def test_a_bottom_in_another_unit_than_its_header_says_is_noticed(text, fix, write):
+    with pytest.warns(RuntimeWarning, match=rf"data.csv: the bottom `b` varies by .* m over .* m of x: .*{fix}.*say so in the header"):
+        scene_over(write(text))
+
+
+@pytest.mark.parametrize("text", [
+    "x [m], b [m]\n0, 412\n120, 353\n800, 190\n", "x [km], b [km]\n0, 0.8\n5, 0\n", "x [m], b [m]\n0, 0\n5000, 0\n", "x [cm], b [mm]\n0, 3\n200, 0\n",
+    "x [m], b [m]\n0, 412.3\n5000, 410.1\n", "x [m], b [m]\n0, 0.005\n10, 0\n", "x [m], b [m]\n0, 10\n0.01, 0\n50, 0\n"])
+def test_plausible_bottoms_are_not_remarked_on(text, write):
+    scene_over(write(text))

@@ -1,5 +1,7 @@
 """Friction at the bed: rest to the last bit, motion against exact solutions and an ODE solver, and every state it may meet."""
 
+import copy
+
 import attrs
 import numpy as np
 import pytest
@@ -308,9 +310,17 @@ def test_one_velocity_for_both_phases_is_the_law_for_the_layer():
         assert phases[1] + phases[3] == pytest.approx(layer[1], rel=1e-14)
 
 
+def rough(law, **fields):
+    """A law with other coefficients, also those that its class refuses as implausible: its formulas must bear them."""
+    result = copy.copy(law)
+    for name, value in fields.items():
+        object.__setattr__(result, name, value)
+    return result
+
+
 def test_no_time_step_and_no_roughness_is_too_large():
     q = gr.ShallowWater().conserved_from(np.array([1e-9, 1e-3, 1.0, 50.0]), 1.0, np.array([-30.0, 1e3, -2.0, 5.0]))
-    for law in (gr.Manning(1e3), gr.Voellmy(1e3, 1e-3), gr.CoulombFriction(1e6), Power(1e3, 1e3, 3.0)):
+    for law in (gr.Manning(1e3), rough(gr.Voellmy(1.0, 1e-3), mu=1e3), rough(gr.CoulombFriction(1.0), nu=1e6), Power(1e3, 1e3, 3.0)):
         after = stepped(law, gr.ShallowWater(), q, 1e6)
         assert np.isfinite(after).all()
         assert (np.abs(after[1]) <= 1e-3 * np.abs(q[1])).all()
@@ -329,7 +339,7 @@ strengths = st.sampled_from([0.0, 1e-6, 0.3, 1.0, 1e3])
 @given(st.sampled_from(EVERY), strengths, st.sampled_from([gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.TwoPhase(dry=1e-8)]),
        depths, depths, speeds, speeds, st.sampled_from([0.0, 1e-9, 1e-3, 1.0, 1e6]))
 def test_friction_never_turns_a_momentum_nor_lets_it_grow_nor_touches_a_mass(law, strength, model, hs, hf, vs, vf, dt):
-    law = attrs.evolve(law, **{name: strength for name in law.parameter_names() if name in ("nu", "mu", "n", "k")})
+    law = rough(law, **{name: strength for name in law.parameter_names() if name in ("nu", "mu", "n", "k")})
     q = {4: [hs, hs * vs, hf, hf * vf], 3: [hs + hf, hs + 0.5 * hf, hs * vs], 2: [hs, hs * vs]}[len(model.conserved)]
     q = np.array(q)[:, None]
     with np.errstate(over="raise", invalid="raise", divide="raise"):
@@ -362,7 +372,7 @@ def test_momentum_of_an_absent_phase_does_not_move_and_a_moving_face_is_left_alo
         assert after[3, 1] == 0.1
     left, right, b = (1.0, 0.1, 1.0, 0.0), (0.9, 0.0, 1.0, 0.0), (np.float64(0.0),)
     jump = model.jump(left, right, b, b)
-    assert gr.CoulombFriction(9.0).limit_jump(model, left, right, b, b, jump, 0.1)[1] == jump[1]
+    assert gr.CoulombFriction(5.0).limit_jump(model, left, right, b, b, jump, 0.1)[1] == jump[1]
     assert velocity(left[0], left[1], model.dry) == 0.1
 
 

@@ -1,0 +1,154 @@
+"""What commands write, and where: paths are tried before the computation, and no file of an earlier run passes for one of this."""
+
+import attrs
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.cli import FAILED, MISTAKE, SUCCESS, main
+from fvkit.models import Burgers
+
+RUN = ["run", "riemann", "--cells", "20"]
+COMPARE = ["compare", "riemann", "--models", "two-phase", "--riemann", "hll", "--cells", "10", "20", "--repeats", "1"]
+SWEEP = 'scene = "riemann"\nmembers = 2\ncells = 20\n[parameters]\ng = [9.0, 10.0]\n'
+
+
+def names(folder):
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text(SWEEP)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("command", "more"), [
+    (RUN, ["--plot", "speeds", "slip", "space-time", "--animate", "film.gif"]), (RUN, ["--animate", "films/a.gif"]),
+    (COMPARE, ["--plot-axes", "steps", "error.h", "--plot-axes", "cells", "seconds"]), (["sweep", "s.toml", "--workers", "1"], []),
+    (["convergence", "riemann", "--cells", "10", "20"], []),
+    (["bench", "--cells", "10", "--orders", "1", "--backends", "numpy", "--repeats", "1"], [])])
+def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(command, more, here, monkeypatch):
+    monkeypatch.setattr("fvkit_granular.bench.BLOCK", 1e-6)
+    monkeypatch.setattr("fvkit_granular.cli.FRAMES", 3)
+    out = here / "out"
+    assert main([*command, "--out", str(out / "fresh")]) == SUCCESS
+    assert main([*command, *more, "--out", str(out)]) == SUCCESS
+    own = ["notes.txt", "mine.png", "a-over-b.png", "film2.gif"]
+    for name in own:
+        (out / name).write_text("mine")
+    assert main([*command, "--out", str(out)]) == SUCCESS
+    assert {name for name in names(out) if not name.startswith("fresh")} == names(out / "fresh") | set(own)
+
+
+def test_stress_and_random_stress_do_not_leave_files_of_each_other(here):
+    random = ["stress", "--random", "8", "--models", "shallow-water", "--riemann", "hll", "--orders", "1", "--workers", "1"]
+    assert main(random) in (SUCCESS, FAILED)
+    assert main(["stress", "toe", "--backends", "numpy", "--workers", "1"]) == SUCCESS
+    assert names(here / "fvkit-stress") == {"stress.json", "stress.txt", "stress.png"}
+    assert main(random) in (SUCCESS, FAILED)
+    assert names(here / "fvkit-stress") == {"report.json", "report.csv", "report.png"}
+
+
+@pytest.mark.parametrize("listed", [["../kept.png"], ["notes.txt"], [3], "kept.png", None])
+def test_only_pictures_in_the_folder_are_removed_whatever_a_file_says(listed, here):
+    out = here / "out"
+    assert main([*RUN, "--out", str(out)]) == SUCCESS
+    solution = fv.load(out / "solution.npz")
+    attrs.evolve(solution, configuration=solution.configuration | {"files": listed}).save(out / "solution.npz")
+    for path in (here / "kept.png", out / "notes.txt"):
+        path.write_text("mine")
+    assert main([*RUN, "--out", str(out)]) == SUCCESS
+    assert (here / "kept.png").exists()
+    assert (out / "notes.txt").exists()
+
+
+def test_a_damaged_solution_of_an_earlier_run_is_replaced(here):
+    (here / "out").mkdir()
+    (here / "out" / "solution.npz").write_text("no archive")
+    assert main([*RUN, "--out", "out"]) == SUCCESS
+
+
+def test_a_film_makes_its_folder(here, monkeypatch):
+    monkeypatch.setattr("fvkit_granular.cli.FRAMES", 3)
+    assert main([*RUN, "--out", "out", "--animate", "a/b/c.gif"]) == SUCCESS
+    assert (here / "out" / "a" / "b" / "c.gif").exists()
+
+
+@pytest.mark.parametrize(("command", "folders", "said"), [
+    ([*RUN, "--out", "out", "--animate", "file/a.gif"], ["out"], "`--animate`"), ([*RUN, "--out", "out"], ["out/solution.npz"], "solution.npz"),
+    ([*RUN, "--out", "out", "--plot", "speeds"], ["out/speeds.png"], "speeds.png"),
+    ([*RUN, "--out", "out", "--animate", "a.gif"], ["out/a.gif"], "a.gif"), ([*RUN, "--animate", "a.avi"], [], "must end in .gif"),
+    ([*RUN, "--checkpoint", "missing/c.npz"], [], "checkpoint must be in a folder that exists"), ([*COMPARE, "--out", "out"], ["out/report.csv"], "report.csv"),
+    ([*COMPARE, "--out", "out"], ["out/profiles.png"], "profiles.png"),
+    ([*COMPARE, "--out", "out", "--plot-axes", "steps", "error.h"], ["out/error.h-over-steps.png"], "error.h-over-steps.png"),
+    ([*COMPARE, "--plot-axes", "steps", "error.pressure"], [], "--plot-axes"), ([*COMPARE, "--plot-axes", "steps", "error"], [], "--plot-axes"),
+    (["convergence", "riemann", "--out", "out"], ["out/convergence.png"], "convergence.png"),
+    (["sweep", "s.toml", "--out", "out"], ["out/sweep.csv"], "sweep.csv"), (["bench", "--out", "out"], ["out/bench.json"], "bench.json"),
+    (["stress", "--out", "out"], ["out/stress.txt"], "stress.txt"), (["stress", "--random", "8", "--out", "out"], ["out/report.csv"], "report.csv"),
+    *[([*command, "--out", "file"], [], "`--out` must be a folder") for command in
+      (RUN, COMPARE, ["convergence", "riemann"], ["sweep", "s.toml"], ["bench"], ["stress"])]])
+def test_every_path_is_tried_before_the_computation(command, folders, said, here, monkeypatch, capsys):
+    for name in folders:
+        (here / name).mkdir(parents=True)
+    (here / "file").write_text("mine")
+    (here / "out").mkdir(exist_ok=True)
+    (here / "out" / "file").write_text("mine")
+
+    def computed(*_, **__):
+        raise AssertionError("a computation began")
+
+    for name in ("cli.solve", "cli.compare", "cli.bench", "convergence_command.convergence", "sweep_command.sweep",
+                 "stress.command.stress", "stress.command.random_stress"):
+        monkeypatch.setattr(f"fvkit_granular.{name}", computed)
+    assert main(command) == MISTAKE
+    error = capsys.readouterr().err
+    assert said in error
+    assert len(error.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(("options", "names"), [
+    (["--limiter", "mc", "--reconstruction", "mp5"], ["--limiter", "--reconstruction"]),
+    (["--order", "1", "--integrator", "dp5"], ["--order", "--integrator"]),
+    (["--limiter", "minmod", "--integrator", "ssprk3"], ["--limiter", "--integrator"])])
+@pytest.mark.parametrize("command", [RUN, ["convergence", "riemann"]])
+def test_options_of_both_methods_are_one_sentence(command, options, names, capsys):
+    assert main([*command, *options]) == MISTAKE
+    error = capsys.readouterr().err
+    assert all(f"`{name}`" in error for name in names)
+    assert "leave one of them out" in error
+
+
+@pytest.mark.parametrize("scheme", ['{limiter = "mc", reconstruction = "mp5"}', '{limiter = ["mc", "minmod"]}',
+                                    '{method = ["wave-propagation", "method-of-lines"]}'])
+def test_a_sweep_takes_one_scheme(scheme, here, capsys):
+    (here / "s.toml").write_text(SWEEP.replace("[parameters]", f"scheme = {scheme}\n[parameters]"))
+    assert main(["sweep", "s.toml"]) == MISTAKE
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+class Bottomless(gr.ShallowWater):
+    aux = ()
+
+
+def test_a_model_without_a_bottom_runs_flat_scenes_and_refuses_others():
+    flat = gr.Scene((0.0, 1.0), 0.1, lambda x: {"h": 1.0 + 0.1 * x, "phi": 0.5})
+    for bottom in (lambda x: 0.1 * x, 0.5, np.full(10, 0.1)):
+        with pytest.raises(ValueError, match="`bottom` of the scene is not flat, but Bottomless has no `b` in its `aux`"):
+            attrs.evolve(flat, bottom=bottom).problem(Bottomless, 10)
+    for scene in (flat, gr.scene("rest")):
+        with pytest.raises(ValueError, match=r"Burgers has no `conserved_from`"):
+            scene.problem(Burgers, 10)
+    with pytest.raises(ValueError, match="`aux` must be empty, got 'b': Burgers has no `aux`"):
+        fv.Problem(Burgers(), fv.Grid(0.0, 1.0, 10), lambda x: x[None], 1.0, aux={"b": 0.0})
+
+
+@pytest.mark.parametrize("law", [lambda nu: gr.CoulombFriction(nu), lambda nu: gr.Voellmy(nu, 500.0)])
+def test_degrees_are_no_coefficient_of_friction(law):
+    for angle in (6.0, 10.0, 35.0, 89.0):
+        with pytest.raises(ValueError, match=r"must be finite and >= 0 and <= 5.67, got .*tan\(35 deg\) = 0.70"):
+            law(angle)
+    for angle in (0.0, 35.0, 79.9):
+        law(float(np.tan(np.radians(angle))))
