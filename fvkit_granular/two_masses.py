@@ -16,6 +16,10 @@ from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speed
 from fvkit_granular.states import bottom, broadcast, ratio, solid_and_fluid
 
 
+#: Share of the whole below which a mass is all but absent.
+RARE = 1e-4
+
+
 @attrs.frozen
 class TwoMasses(Model, ABC):
     """Abstract model of two masses with their velocities, q = (hs, hs vs, hf, hf vf), h = hs + hf. Contract:
@@ -100,9 +104,15 @@ class TwoMasses(Model, ABC):
         return hs, settled(hs, ms, self.dry), hf, settled(hf, mf, self.dry)
 
     def roe_mean(self, ql, qr):
-        """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities."""
+        """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities.
+
+        A mass that is all but absent is taken to move with the other: its own velocity would only mix up the waves of that.
+        """
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
-        return (0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr), 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr))
+        hs, vs = 0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr)
+        hf, vf = 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr)
+        h = hs + hf
+        return hs, where(hs > RARE * h, vs, vf), hf, where(hf > RARE * h, vf, vs)
 
     def matrix_product(self, ql, qr, auxl, auxr, v):
         return self.at_state(self.roe_mean(ql, qr), v)

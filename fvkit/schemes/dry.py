@@ -10,12 +10,13 @@ stays inside, for all rows of its phase: fluxes stay fluxes, so masses and mixtu
 The rows of ``left_going`` that belong to masses hold F itself; see `fvkit.schemes.fluctuations`.
 """
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from fvkit.answers import mass_flux, wave_speeds
-from fvkit.pointwise import TINY, combine, largest_share, maximum, minimum, scale, subtract, where
+from fvkit.pointwise import TINY, add, combine, largest_share, maximum, minimum, multiply, subtract, where
 from fvkit.schemes.driven import for_cells, jumps
 from fvkit.schemes.fluctuations import anchored, left_going, right_going
 
@@ -164,44 +165,59 @@ def velocities(model, q):
 
 
 def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
-    """Return the share of the scheme's own solver at a face, 0 next to dry ground; ``relaxed`` is the other solver's part."""
-    rows = carriers(parts.model)
-    share: Any = 1.0
+    """Return, for each phase, the share of the scheme's own solver at a face, 0 next to dry ground.
+
+    ``relaxed`` is the other solver's part. A phase that is rare loses its own rows alone: the rest of the flow does not notice it.
+    """
+    model, rows = parts.model, carriers(parts.model)
     total = sum(ql[row] + qr[row] for row in rows)
-    for smaller, larger in contrasts(parts, ql, qr, auxl, auxr):
-        share = minimum(share, DRIER * smaller / (larger + TINY) - 1.0)
-    for row in rows if len(rows) > 1 else ():
-        share = minimum(share, (ql[row] + qr[row]) / (RARE * total + TINY) - 1.0)
-    for speed, sound in partings(parts.model, ql, qr, auxl, auxr) if parts.reconstruction is not None else ():
-        share = minimum(share, where(2.0 * speed > PARTING * sound, 2.0 - 2.0 * speed / (PARTING * sound + TINY), 1.0))
-    for row in parts.model.mass_rows():
-        low, high = window(parts, ratio, ql, qr, row)
-        carried, change = ratio * relaxed[row], ratio * (left[row] - relaxed[row])
-        share = minimum(share, where(change == change, largest_share(change, carried - low, high - carried), 0.0))
-    return maximum(share, 0.0)
+    parted = partings(model, ql, qr) if parts.reconstruction is not None else ()
+    owns, rare, common = [], [], 1.0
+    for k, ((masses, _), (smaller, larger)) in enumerate(zip(model.phases, contrasts(parts, ql, qr, auxl, auxr), strict=True)):
+        own = DRIER * smaller / (larger + TINY) - 1.0
+        for speed, sound in parted[k:k + 1]:
+            own = minimum(own, where(2.0 * speed > PARTING * sound, 2.0 - 2.0 * speed / (PARTING * sound + TINY), 1.0))
+        for row in masses:
+            low, high = window(parts, ratio, ql, qr, row)
+            carried, change = ratio * relaxed[row], ratio * (left[row] - relaxed[row])
+            own = minimum(own, where(change == change, largest_share(change, carried - low, high - carried), 0.0))
+        present = (ql[rows[k]] + qr[rows[k]]) / (RARE * total + TINY) - 1.0 if len(rows) > 1 else 1.0
+        owns.append(minimum(own, present))
+        rare.append(1.0 - minimum(1.0, maximum(present, 0.0)))
+        common = minimum(common, maximum(own, rare[k]))
+    return [maximum(minimum(own, common), 0.0) for own in owns]
 
 
 def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=None, waves=None):
     """Blend a face's fluctuations, and at second order its waves and speeds, towards those of the relaxation solver.
 
-    The waves fade instead: next to dry ground the scheme is first order. A face that trusts its own solver keeps every bit.
+    The waves fade instead: next to dry ground the scheme is first order. A face, and a phase, that trusts its own solver keeps
+    every bit.
     """
     whole, net, _ = jumps(parts, ratio, ql, qr, auxl, auxr)
     jump = for_cells(parts.model, ql, qr, whole, net)
     pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, net)
     relaxed = left_going(pieces, their_speeds)
     relaxed = anchored(parts, ql, relaxed if net is whole else combine(1.0, relaxed, 0.5, subtract(jump, net)))
-    share = trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed)
-    some, own = share > 0.0, share >= 1.0
+    shares = trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed)
+    some, own, share = reduce(maximum, shares) > 0.0, reduce(minimum, shares) >= 1.0, [1.0] * len(left)
+    for found, (masses, momentum) in zip(shares, parts.model.phases, strict=True):
+        for row in (*masses, momentum):
+            share[row] = found
 
     def kept(values):
         return tuple([where(some, value, 0.0) for value in values])
 
-    mixed = combine(1.0, kept(relaxed), share, subtract(kept(left), kept(relaxed)))
-    left = tuple([where(own, mine, where(some, both, theirs)) for mine, both, theirs in zip(left, mixed, relaxed, strict=True)])
+    def trusted(mine, both, theirs):
+        return tuple([where(part >= 1.0, item, where(part > 0.0, mixed, other))
+                      for part, item, mixed, other in zip(share, mine, both, theirs, strict=True)])
+
+    safe, other = kept(left), kept(relaxed)
+    left = trusted(left, add(other, multiply(share, subtract(safe, other))), relaxed)
     top = where(some, fastest, 0.0)
     for speed in their_speeds:
         top = maximum(top, np.abs(speed))
-    right = tuple([where(own, mine, rest) for mine, rest in zip(right, right_going(parts, jump, left), strict=True)])
+    rest = right_going(parts, jump, left)
+    right = trusted(right, rest, rest)
     result = (left, right, where(own, fastest, top))
-    return result if waves is None else (*result, kept(speeds), tuple(scale(share, kept(wave)) for wave in waves))
+    return result if waves is None else (*result, kept(speeds), tuple(multiply(share, kept(wave)) for wave in waves))
