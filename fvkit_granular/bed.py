@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit.pointwise import known, least, maximum, minimum, where
+from fvkit.pointwise import known, maximum, minimum, where
 
 #: Smallest threshold of a dry cell, m: products of three depths stay normal numbers.
 LEAST_DRY = 1e-30
@@ -105,9 +105,8 @@ def kinetic_head(step, ml, vl, mr, vr):
 
 
 def carried_over(step, hl, vl, hr, vr):
-    """Return the part of vr - vl that stands at a step where the discharge h v is the same on both sides."""
-    (dv,) = least((vr - vl,), (-0.5 * (vl + vr) * (hr - hl) / (0.5 * (hl + hr) + TINY),))
-    return step.steep * (1.0 - step.raised) * dv
+    """Return the change of velocity, m/s, that stands at a step where the discharge h v is the same on both sides."""
+    return -step.steep * (1.0 - step.raised) * (vl + vr) * (hr - hl) / (hl + hr + TINY)
 
 
 def wall_share(step, vl, vr, g):

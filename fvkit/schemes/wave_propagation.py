@@ -158,23 +158,29 @@ class WavePropagation(Scheme):
 
 def projections(parts, ratio, before, waves):
     """Return <Z_k of the face before, Z_k> for every wave family."""
-    return (tuple(dot(old, new) for old, new in zip(before, waves, strict=True)),)
+    return (tuple(overlap(parts.model, ratio, old, new) for old, new in zip(before, waves, strict=True)),)
 
 
-def limited(limiters, ratio, waves, speeds, overlaps):
+def overlap(model, ratio, one, other):
+    """Return the scalar product of two waves; of a momentum what it moves in a step, so that results depend on no unit."""
+    scaled = [ratio if row not in model.mass_rows() else 1.0 for row in range(len(one))] if model.phases else [1.0] * len(one)
+    return dot(multiply(scaled, one), multiply(scaled, other))
+
+
+def limited(model, limiters, ratio, waves, speeds, overlaps):
     """Return the limiter's factor of every wave; ``overlaps`` are its projections on both neighbours, none if unlimited."""
     if not overlaps:
         return tuple(1.0 for _ in waves)
     factors = []
     for k, (wave, speed, before, after) in enumerate(zip(waves, speeds, *overlaps, strict=True)):
-        theta = where(speed > 0.0, before, after) / (dot(wave, wave) + TINY)
+        theta = where(speed > 0.0, before, after) / (overlap(model, ratio, wave, wave) + TINY)
         factors.append(limiters[k if len(limiters) > 1 else 0].phi(theta, np.abs(speed) * ratio))
     return tuple(factors)
 
 
 def eigenvector_correction(parts, ratio, waves, speeds, sides, *overlaps):
     """Return the correction flux of waves that are eigenvectors: 1/2 (sgn s - s dt/dx) Z~."""
-    factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
+    factors = limited(parts.model, parts.limiters, ratio, waves, speeds, overlaps)
     half = 0.5 * ratio
     weights = [(side - half * speed) * factor for side, speed, factor in zip(sides, speeds, factors, strict=True)]
     return (weighted(weights, waves),)
@@ -182,7 +188,7 @@ def eigenvector_correction(parts, ratio, waves, speeds, sides, *overlaps):
 
 def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, *overlaps):
     """Return the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
-    factors = limited(parts.limiters, ratio, waves, speeds, overlaps)
+    factors = limited(parts.model, parts.limiters, ratio, waves, speeds, overlaps)
     if composite(parts.model):
         factors = scale(convexity(parts.model, ql, qr, auxl, auxr), factors)
     kept = weighted(scale(ratio, factors), waves)
