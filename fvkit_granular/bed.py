@@ -70,6 +70,8 @@ class Step(NamedTuple):
     raised : share |e|/(|e| + h_up) of the potential head over the step that the upper side alone bears.
     steep : share of the change of velocity over the face that the step explains: 0 on a level bottom and at shores, else
         min(1, 2 |db|/|dh|).
+    standing : share of it that stands: as ``steep``, between depths of similar size, where the step exceeds a twentieth of the
+        depths together; a resolved slope leaves all to the waves.
     bare : max(0, 1 - h_up/h_low): 1 where the upper side is dry, 0 where it is as deep as the lower one.
     """
 
@@ -78,6 +80,7 @@ class Step(NamedTuple):
     inverse: Any
     raised: Any
     steep: Any
+    standing: Any
     bare: Any
 
 
@@ -89,7 +92,10 @@ def face_step(hl, hr, bl, br):
     inverse = 1.0 / (size + above + TINY)
     covered = above / (below + TINY)
     steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * covered)
-    return Step(db, excess, inverse, size * inverse, where(db == 0.0, 0.0, steep), maximum(0.0, 1.0 - covered))
+    steep, raised = where(db == 0.0, 0.0, steep), size * inverse
+    abrupt = minimum(1.0, maximum(0.0, 20.0 * np.abs(db) / (hl + hr + TINY) - 1.0))
+    even = minimum(1.0, 2.0 * below / (above + TINY))
+    return Step(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))
 
 
 def kinetic_head(step, ml, vl, mr, vr):
@@ -105,8 +111,14 @@ def kinetic_head(step, ml, vl, mr, vr):
 
 
 def carried_over(step, hl, vl, hr, vr):
-    """Return the change of velocity, m/s, that stands at a step where the discharge h v is the same on both sides."""
-    return -step.steep * (1.0 - step.raised) * (vl + vr) * (hr - hl) / (hl + hr + TINY)
+    """Return the change of velocity, m/s, that stands at a steep step: -v^ dh/h^, at which the discharge is the same on both sides.
+
+    Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
+    from two thirds on: that is a wave.
+    """
+    shallower, faster = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl)
+    steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)
+    return -step.standing * minimum(1.0, maximum(0.0, steady)) * shallower / (hl + hr + TINY)
 
 
 def wall_share(step, vl, vr, g):

@@ -193,7 +193,7 @@ def resolve(parts, ratio, markedl, markedr, ql, qr, auxl, auxr, crossingl, cross
     """
     l_of_l, r_of_l = chosen(markedl, l_of_l, ql), chosen(markedl, r_of_l, ql)
     l_of_r, r_of_r = chosen(markedr, l_of_r, qr), chosen(markedr, r_of_r, qr)
-    jump, waves, speeds, fastest = riemann_problem(parts, ratio, r_of_l, l_of_r, auxl, auxr)
+    jump, waves, speeds, fastest = riemann_problem(parts, ratio, r_of_l, l_of_r, auxl, auxr)[:4]
     left, right = fluctuations(parts, ratio, r_of_l, l_of_r, jump, waves, half_signs(speeds))
     forth, back = where(markedl, maximum(crossingl, 0.0), 0.0), where(markedr, maximum(-crossingr, 0.0), 0.0)
     carried = weighted((forth, back), (subtract(r_of_l, l_of_l), subtract(r_of_r, l_of_r)))
