@@ -70,8 +70,8 @@ class Step(NamedTuple):
     raised : share |e|/(|e| + h_up) of the potential head over the step that the upper side alone bears.
     steep : share of the change of velocity over the face that the step explains: 0 on a level bottom and at shores, else
         min(1, 2 |db|/|dh|).
-    standing : share of it that stands: as ``steep``, between depths of similar size, where the step exceeds a twentieth of the
-        depths together; a resolved slope leaves all to the waves.
+    standing : share of it that stands: as ``steep``, between depths of similar size, where the step exceeds a twentieth of both
+        depths together, but not three quarters; a resolved slope, and a film on one, leave all to the waves.
     bare : max(0, 1 - h_up/h_low): 1 where the upper side is dry, 0 where it is as deep as the lower one.
     """
 
@@ -93,7 +93,8 @@ def face_step(hl, hr, bl, br):
     covered = above / (below + TINY)
     steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * covered)
     steep, raised = where(db == 0.0, 0.0, steep), size * inverse
-    abrupt = minimum(1.0, maximum(0.0, 20.0 * np.abs(db) / (hl + hr + TINY) - 1.0))
+    height = np.abs(db) / (hl + hr + TINY)
+    abrupt = maximum(0.0, minimum(1.0, minimum(20.0 * height - 1.0, 3.0 - 4.0 * height)))
     even = minimum(1.0, 2.0 * below / (above + TINY))
     return Step(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))
 

@@ -27,7 +27,7 @@ class PressureCoupled(TwoMasses, ABC):
     """
 
     def decompose(self, ql, qr, auxl, auxr, jump):
-        hs, vs, hf, vf = self.roe_mean(ql, qr)
+        hs, vs, hf, vf = self.linearised(ql, qr)
         coupled = self.couplings(hs, hf)
         css, cff, csf, _ = coupled
         a2 = self.g * (hs + hf)

@@ -8,6 +8,9 @@ import numpy as np
 from fvkit import RiemannSolver, maximum, minimum, where
 from fvkit_granular.bed import TINY, carried_over, wall_share
 
+#: A change of velocity stands at a step where the states beside the contact keep this share of the distance to the outer waves.
+CLOSE = 0.2
+
 
 @attrs.frozen
 class Relaxation(RiemannSolver):
@@ -51,21 +54,27 @@ def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
         cl = hl Al,  cr = hr Ar,  vl* = (cl vl + cr (vr - d) - P - F d)/(cl + cr),  vr* = vl* + d,
         s1 = vl - Al,  s3 = vr + Ar,  hl* = cl/(vl* - s1),  hr* = cr/(s3 - vr*).
 
-    The extra terms keep v* between s1 and s3 for any data, so both depths stay positive; a wall needs none. All denominators
-    are kept from 0; a phase that is absent on both sides has no waves and no speeds.
+    The extra terms keep v* between s1 and s3 for any data, so both depths stay positive. Towards a wall v* is reduced by its
+    share, and what is left of the jump belongs to the lower side. All denominators
+    are kept from 0, and d is 0 where it would bring v* near s1 or s3; a phase that is absent on both sides has no waves and no speeds.
     """
     stands = carried_over(step, hl, vl, hr, vr)
     wall, towards = wall_share(step, vl, vr, g)
     compression = 1.5 * maximum(vl - vr + stands, 0.0)
     forward, size = push > 0.0, np.abs(push)
     from_depth, into = where(forward, hl, hr) + TINY, where(forward, hr * ar, hl * al) + TINY
-    extra = minimum(np.sqrt(size / from_depth), size / into) * where(towards, 1.0 - wall, 1.0)
+    extra = minimum(np.sqrt(size / from_depth), size / into)
     speedl, speedr = al + compression + where(forward, extra, 0.0), ar + compression + where(forward, 0.0, extra)
     cl, cr = hl * speedl, hr * speedr
     s1, s3 = vl - speedl, vr + speedr
-    star = (cl * vl + cr * (vr - stands) - push - 0.5 * (hl * vl + hr * vr) * stands) / (cl + cr + TINY)
-    starl, starr = minimum(maximum(star, s1), s3), minimum(maximum(star + stands, s1), s3)
+    inverse = 1.0 / (cl + cr + TINY)
+    star, moved = (cl * vl + cr * vr - push) * inverse, (cr + 0.5 * (hl * vl + hr * vr)) * stands * inverse
+    between = (star - moved > s1 + CLOSE * speedl) & (star - moved + stands < s3 - CLOSE * speedr)
+    opened = where(towards, 1.0 - wall, 1.0)
+    starl = opened * minimum(maximum(where(between, star - moved, star), s1), s3)
+    starr = opened * minimum(maximum(where(between, star - moved + stands, star), s1), s3)
     contact = where(starl * starr > 0.0, starl, 0.5 * (starl + starr))
+    contact = where(opened < 0.5, -TINY * np.sign(step.db), contact)
     inside = hl + hr > 0.0
     return ((where(inside, s1, 0.0), where(inside, contact, 0.0), where(inside, s3, 0.0)),
             ((cl / (starl - s1 + TINY), starl), (cr / (s3 - starr + TINY), starr)), (cl, cr))

@@ -15,7 +15,6 @@ from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.states import bottom, broadcast, ratio, solid_and_fluid
 
-
 #: Share of the whole below which a mass is all but absent.
 RARE = 1e-4
 
@@ -104,18 +103,17 @@ class TwoMasses(Model, ABC):
         return hs, settled(hs, ms, self.dry), hf, settled(hf, mf, self.dry)
 
     def roe_mean(self, ql, qr):
-        """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities.
-
-        A mass that is all but absent is taken to move with the other: its own velocity would only mix up the waves of that.
-        """
+        """Return hs, vs, hf, vf of the Roe mean: arithmetic depths, sqrt-weighted velocities."""
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
-        hs, vs = 0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr)
-        hf, vf = 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr)
-        h = hs + hf
-        return hs, where(hs > RARE * h, vs, vf), hf, where(hf > RARE * h, vf, vs)
+        return (0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr), 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr))
+
+    def linearised(self, ql, qr):
+        """Return the Roe mean; a mass that is all but absent moves with the other, whose waves it would only mix up."""
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
+        return hs, where(hs > RARE * (hs + hf), vs, vf), hf, where(hf > RARE * (hs + hf), vf, vs)
 
     def matrix_product(self, ql, qr, auxl, auxr, v):
-        return self.at_state(self.roe_mean(ql, qr), v)
+        return self.at_state(self.linearised(ql, qr), v)
 
     def to_modes(self, here, w):
         _, vs, _, vf = self.layers(here)

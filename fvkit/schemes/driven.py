@@ -40,6 +40,7 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     aux = tuple([0.5 * (left + right) for left, right in zip(auxl, auxr, strict=True)])
     bearing = tuple([before[masses[-1]] for masses, _ in phases])
     end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
+    stops = not all(source.between_phases for source in joint)
     low, high = wave_speeds(model, before, aux)
     carries = 0.5 * (high - low) * reduce(maximum, map(np.abs, speeds))
     for (masses, momentum), v in zip(phases, speeds, strict=True):
@@ -50,7 +51,7 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
         left = where(side * left > maximum(side * push, most), side * maximum(side * push, most), left)
         even = 0.0 if limit else minimum(1.0, EVEN * minimum(ql[row], qr[row]) / (maximum(ql[row], qr[row]) + TINY))
         # What a source stops must feel its push first: a slope would else come to rest below its angle.
-        lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY))
+        lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY)) if stops else 1.0
         kept = whole[momentum] + where(still, 1.0, even * lasting) * (left - push)
         result[momentum] = where(still & (end[momentum] == 0.0), 0.0, kept)
     return whole, tuple(result), bearing

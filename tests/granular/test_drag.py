@@ -267,7 +267,20 @@ def test_drag_carries_the_dam_break_to_the_reduced_limit_at_no_cost_in_time_step
     assert found == pytest.approx([h1, v1, h2, vs, vf, phi], rel=1e-2 if drag < 1e4 else 1e-3)
     assert solution.stats.steps == pytest.approx(without_drag.stats.steps, rel=0.05)
     if drag >= 1e4:
-        assert np.abs(seen["vs"] - seen["vf"]).max() < 1e-9
+        assert np.abs(seen["vs"] - seen["vf"]).max() < 50.0 / drag
+
+
+@pytest.mark.parametrize("drag", [1e3, 1e5, 1e9])
+def test_strong_drag_leaves_the_slip_that_the_gradient_of_phi_drives(drag):
+    """w = g (1-gamma) (1-phi) h phi_x/(2 D rho), of Chapman and Enskog's expansion, and not less: splitting would leave none."""
+    problem = fv.Problem(MODEL, fv.Grid(0.0, 10.0, 400), lambda x: MODEL.conserved_from(1.0, 0.5 + 0.2 * np.tanh(2.0 * (x - 5.0)), 0.0, 0.0),
+                         0.4, boundary=fv.Wall(), sources=gr.ConstantDrag(drag))
+    seen = solve(problem).observables()
+    rho = seen["phi"] + MODEL.gamma * (1.0 - seen["phi"])
+    slip = (MODEL.g * 0.5 * (1.0 - MODEL.gamma) * (1.0 - seen["phi"]) * seen["h"] * np.gradient(seen["phi"], problem.grid.dx)
+            / (drag * rho))
+    near = np.abs(problem.grid.centers - 5.0) < 0.5
+    np.testing.assert_allclose((seen["vf"] - seen["vs"])[near], slip[near], rtol=0.02)
 
 
 def test_the_least_drag_changes_next_to_nothing(without_drag):

@@ -7,6 +7,7 @@ from scipy.optimize import root
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.names import public_name
+from fvkit_granular.bed import face_step, kinetic_head
 from fvkit_granular.model_scenes import two_layer_rest
 from tests.cases import name_of, orders, rest_bottom, solve, two_layer_forces
 from tests.granular.checks import (
@@ -54,6 +55,9 @@ def test_the_jump_is_the_integral_along_the_segment_of_depths_and_velocities(gam
     expected = integral_along(path, lambda q: matrix_of_the_equations(q.real, gamma))
     expected[1] += G * 0.5 * (left[0] + right[0]) * (br - bl)
     expected[3] += G * 0.5 * (left[2] + right[2]) * (br - bl)
+    step = face_step(left[0] + left[2], right[0] + right[2], bl, br)
+    for row, k in ((1, 0), (3, 2)):  # the head over a step, in excess of the path; none on a level bottom
+        expected[row] += kinetic_head(step, left[k], left[k + 1], right[k], right[k + 1])
     found = np.array(gr.TwoLayer(G, gamma).jump(tuple(conserved(left)), tuple(conserved(right)), (bl,), (br,)))
     assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
 
