@@ -13,7 +13,7 @@ from fvkit.grid import Grid
 from fvkit.model import Model
 from fvkit.part import Part, default
 from fvkit.pointwise import multiply
-from fvkit.slopes import resolved_steps
+from fvkit.slopes import end_step, resolved_steps
 
 
 @attrs.frozen
@@ -44,6 +44,7 @@ class BoundaryCondition(Part, ABC):
         """Whether `values` is the same at all times."""
         return True
 
+    @default
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         """Return the floats that `ghost` receives at time t; none by default."""
         return ()
@@ -71,11 +72,64 @@ class BoundaryCondition(Part, ABC):
 
 
 @attrs.frozen
-class Outflow(BoundaryCondition):
-    """Zero-order extrapolation. Keeps rest over any bottom; reflects a little when a shock leaves."""
+class Continued(BoundaryCondition, ABC):
+    """Abstract end beyond which the aux functions go on, for models that know what flows there. Contract:
+
+    1. ``ground`` holds, once `placed`, how far outside the ghost cells lie, m, positive to the right, and the slopes of the aux
+       functions there, per metre to the right. () for a model that defines no `Model.beyond`: nothing goes on.
+    2. ``goes_on(values, left)`` returns how much lower an aux function with cell averages ``values`` goes on, per cell outwards.
+    3. `beyond` returns the state of a flow there. All ghost cells of an end hold it over one ground.
+
+    Parameters
+    ----------
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells,
+        where they lie on a slope and at no cliff.
+    """
+
+    slope: float | None = attrs.field(default=None, kw_only=True, converter=attrs.converters.optional(
+        lambda value: _validate.real(value, "slope", hint="fall of the bottom per metre outwards; None: as in the last cells")))
+    ground: Any = attrs.field(default=(), init=False, repr=False, eq=False)
+
+    def goes_on(self, values: np.ndarray, left: bool) -> float:
+        return end_step(values, left)
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> Any:
+        known, outwards = model.defines("beyond"), -1.0 if left else 1.0
+        if self.slope is not None and not (known and len(model.aux) == 1):
+            raise ValueError(f"`slope` of {type(self).__name__} needs a model that defines `beyond` and has one aux function, "
+                             f"its bottom; {type(model).__name__} has {', '.join(model.aux) or 'none'}: leave `slope` out")
+        falls = [self.goes_on(aux[name], left) / grid.dx if self.slope is None else self.slope for name in model.aux]
+        result = attrs.evolve(self)
+        if known:
+            object.__setattr__(result, "ground", (outwards * grid.dx, *(-outwards * fall for fall in falls)))
+        return result
+
+    @default
+    def values(self, model: Model, t: float) -> tuple[float, ...]:
+        return self.ground
+
+    def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        return aux + self.ground[0] * np.array(self.ground[1:]).reshape(-1, 1) if self.ground else aux
+
+
+def beyond(model, q, ground):
+    """Return the state of a flow with state q in the ghost cells of a `Continued` end; ``ground`` and more of its values."""
+    return model.beyond(q, ground[1:1 + len(model.aux)], ground[0]) if ground and model.defines("beyond") else q
+
+
+@attrs.frozen
+class Outflow(Continued):
+    """The flow goes on as in the last cell: a lake at its level, a river at its depth, in models that tell one from the other.
+
+    Where the ground falls outwards it goes on falling; where it rises it goes on level, so that nothing runs in from above.
+    Keeps rest over any bottom; reflects a little when a shock leaves.
+    """
+
+    def goes_on(self, values: np.ndarray, left: bool) -> float:
+        return max(end_step(values, left), 0.0)
 
     def ghost(self, model, q, values):
-        return q
+        return beyond(model, q, values)
 
 
 def _drop(value: Any) -> Any:
@@ -165,12 +219,18 @@ def _state(value: Any) -> Any:
 
 
 @attrs.frozen
-class Inflow(BoundaryCondition):
-    """A given conserved state in the ghost cells; the Riemann solver lets in what travels inwards.
+class Inflow(Continued):
+    """A given conserved state at the end; the Riemann solver lets in what travels inwards.
 
     Parameters
     ----------
     state : (num_eqn,) conserved values, or a function t -> (num_eqn,).
+    slope : see `Continued`.
+
+    Notes
+    -----
+    The ghost cells hold the state, over a bottom that goes on. Water that stands has its level there: its depth is that over the
+    bottom of the first cell.
     """
 
     state: Any = attrs.field(converter=_state)
@@ -188,7 +248,7 @@ class Inflow(BoundaryCondition):
         if len(given) != len(model.conserved):
             raise ValueError(f"`state` of Inflow must have {len(model.conserved)} components "
                              f"({', '.join(model.conserved)}), got {len(given)}")
-        return given
+        return (*given, *self.ground)
 
     def ghost(self, model, q, values):
-        return values
+        return beyond(model, values[:len(q)], values[len(q):])
