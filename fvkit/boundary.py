@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import _validate
+from fvkit import _validate, answers
 from fvkit.grid import Grid
 from fvkit.model import Model
 from fvkit.part import Part, default
@@ -32,7 +32,7 @@ class BoundaryCondition(Part, ABC):
     5. ``placed(left, model, grid, aux)`` returns the condition as it is at one end of a grid: what it needs to know of the
        ground there is noted in it. Itself by default.
     6. ``mass_fluxes(model, values)`` returns what passes the end of each mass of the model, positive to the right: a part of
-       ``values``. Where it is not defined the Riemann solver decides, from the ghost cells.
+       ``values``. Where it is not defined, or (), the Riemann solver decides, from the ghost cells.
     7. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 
@@ -219,7 +219,34 @@ def _state(value: Any) -> Any:
 
 
 @attrs.frozen
-class Inflow(Continued):
+class Given(Continued, ABC):
+    """Abstract end with a given state. Contract: ``given(model, t)`` returns the conserved values, as floats."""
+
+    @abstractmethod
+    def given(self, model: Model, t: float) -> tuple[float, ...]:
+        """Return the conserved values at time t, s."""
+
+    def values(self, model: Model, t: float) -> tuple[float, ...]:
+        state = self.given(model, t)
+        return (*state, *self.ground, *(self._entering(model, state) if self.steady and self.ground else ()))
+
+    def _entering(self, model: Model, state: tuple[float, ...]) -> tuple[float, ...]:
+        """The fluxes of the masses of a state that is faster than its waves, else (): nothing inside can hold those back, but
+        a solver that sees water fall from the ghost cells to dry ground lets in more."""
+        inwards = -np.sign(self.ground[0])
+        if min(inwards * speed for speed in answers.wave_speeds(model, state, (0.0,) * len(model.aux))) < 0.0:
+            return ()
+        return tuple(float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
+
+    def ghost(self, model, q, values):
+        return beyond(model, values[:len(q)], values[len(q):])
+
+    def mass_fluxes(self, model, values):
+        return values[len(model.conserved) + len(self.ground):]
+
+
+@attrs.frozen
+class Inflow(Given):
     """A given conserved state at the end; the Riemann solver lets in what travels inwards.
 
     Parameters
@@ -230,7 +257,7 @@ class Inflow(Continued):
     Notes
     -----
     The ghost cells hold the state, over a bottom that goes on. Water that stands has its level there: its depth is that over the
-    bottom of the first cell.
+    bottom of the first cell. Of a flow with a depth that is faster than its waves, and constant, exactly h v enters.
     """
 
     state: Any = attrs.field(converter=_state)
@@ -239,7 +266,7 @@ class Inflow(Continued):
     def steady(self) -> bool:
         return not callable(self.state)
 
-    def values(self, model: Model, t: float) -> tuple[float, ...]:
+    def given(self, model: Model, t: float) -> tuple[float, ...]:
         if self.steady:
             given = self.state
         else:
@@ -248,7 +275,4 @@ class Inflow(Continued):
         if len(given) != len(model.conserved):
             raise ValueError(f"`state` of Inflow must have {len(model.conserved)} components "
                              f"({', '.join(model.conserved)}), got {len(given)}")
-        return (*given, *self.ground)
-
-    def ghost(self, model, q, values):
-        return beyond(model, values[:len(q)], values[len(q):])
+        return given

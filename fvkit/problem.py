@@ -215,7 +215,7 @@ class Problem:
             values = side.values(model, self.t_start)
             contract.read(type(side), ("ghost",), kind)
             contract.rehearse(side, "ghost", (model, q, values), rows, count)
-            if side.defines("mass_fluxes"):
+            if side.defines("mass_fluxes") and side.mass_fluxes(model, values):
                 contract.rehearse(side, "mass_fluxes", (model, values), len(model.mass_rows()), count)
         for source in self.sources:
             source.check(model)

@@ -5,11 +5,11 @@ from typing import Any
 import attrs
 
 from fvkit import _validate
-from fvkit.boundary import Continued, beyond
+from fvkit.boundary import Given
 
 
 @attrs.frozen
-class GivenFlow(Continued):
+class GivenFlow(Given):
     """A constant flow at the end, as `fvkit.Inflow`, but in terms that every model understands.
 
     The Riemann solver lets in what travels inwards: of a subcritical flow only a part is imposed.
@@ -28,10 +28,7 @@ class GivenFlow(Continued):
     vs: Any = attrs.field(default=0.0, converter=_validate.within(hint="velocity in m/s"))  # type: ignore[misc]
     vf: Any = attrs.field(default=0.0, converter=_validate.within(hint="velocity in m/s"))  # type: ignore[misc]
 
-    def values(self, model, t):
+    def given(self, model, t):
         if not callable(getattr(model, "conserved_from", None)):
             raise ValueError(f"GivenFlow needs a model with h, phi, vs, vf; {type(model).__name__} has no `conserved_from`")
-        return (*map(float, model.conserved_from(self.h, self.phi, self.vs, self.vf)), *self.ground)
-
-    def ghost(self, model, q, values):
-        return beyond(model, values[:len(q)], values[len(q):])
+        return tuple(float(value) for value in model.conserved_from(self.h, self.phi, self.vs, self.vf))
