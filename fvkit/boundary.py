@@ -33,7 +33,9 @@ class BoundaryCondition(Part, ABC):
        ground there is noted in it. Itself by default.
     6. ``mass_fluxes(model, values)`` returns what passes the end of each mass of the model, positive to the right: a part of
        ``values``. Where it is not defined, or (), the Riemann solver decides, from the ghost cells.
-    7. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
+    7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
+       from 1: ``values`` by default.
+    8. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 
     reads: ClassVar[str] = "nearest"
@@ -61,6 +63,10 @@ class BoundaryCondition(Part, ABC):
         """Return this condition as it is at the left or right end of a grid with cell averages ``aux``."""
         return self
 
+    def layer(self, values, number):
+        """Return the values that `ghost` receives for the ``number``-th ghost cell outwards."""
+        return values
+
     @default
     def mass_fluxes(self, model, values):
         """Return the flux of each mass through this end, per width, positive to the right."""
@@ -75,10 +81,11 @@ class BoundaryCondition(Part, ABC):
 class Continued(BoundaryCondition, ABC):
     """Abstract end beyond which the aux functions go on, for models that know what flows there. Contract:
 
-    1. ``ground`` holds, once `placed`, how far outside the ghost cells lie, m, positive to the right, and the slopes of the aux
-       functions there, per metre to the right. () for a model that defines no `Model.beyond`: nothing goes on.
+    1. ``ground`` holds, once `placed`, the slopes of the aux functions beyond the end, per metre to the right, and how far
+       outside the first ghost cell lies, m, positive to the right. () for a model that defines no `Model.beyond`: all is level.
+       It stands at the end of ``values``.
     2. ``goes_on(values, left)`` returns how much lower an aux function with cell averages ``values`` goes on, per cell outwards.
-    3. `beyond` returns the state of a flow there. All ghost cells of an end hold it over one ground.
+    3. `beyond` returns the state of a flow there.
 
     Parameters
     ----------
@@ -101,7 +108,7 @@ class Continued(BoundaryCondition, ABC):
         falls = [self.goes_on(aux[name], left) / grid.dx if self.slope is None else self.slope for name in model.aux]
         result = attrs.evolve(self)
         if known:
-            object.__setattr__(result, "ground", (outwards * grid.dx, *(-outwards * fall for fall in falls)))
+            object.__setattr__(result, "ground", (*(-outwards * fall for fall in falls), outwards * grid.dx))
         return result
 
     @default
@@ -109,12 +116,17 @@ class Continued(BoundaryCondition, ABC):
         return self.ground
 
     def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        return aux + self.ground[0] * np.array(self.ground[1:]).reshape(-1, 1) if self.ground else aux
+        if not self.ground:
+            return aux
+        return aux + np.array(self.ground[:-1]).reshape(-1, 1) * np.copysign(distance, self.ground[-1])
+
+    def layer(self, values, number):
+        return (*values[:-1], number * values[-1]) if self.ground else values
 
 
-def beyond(model, q, ground):
-    """Return the state of a flow with state q in the ghost cells of a `Continued` end; ``ground`` and more of its values."""
-    return model.beyond(q, ground[1:1 + len(model.aux)], ground[0]) if ground and model.defines("beyond") else q
+def beyond(end, model, q, values):
+    """Return the state of a flow with state q in the ghost cells of a `Continued` end, from its values."""
+    return model.beyond(q, values[-len(end.ground):-1], values[-1]) if end.ground else q
 
 
 @attrs.frozen
@@ -129,7 +141,7 @@ class Outflow(Continued):
         return max(end_step(values, left), 0.0)
 
     def ghost(self, model, q, values):
-        return beyond(model, q, values)
+        return beyond(self, model, q, values)
 
 
 def _drop(value: Any) -> Any:
@@ -228,21 +240,21 @@ class Given(Continued, ABC):
 
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         state = self.given(model, t)
-        return (*state, *self.ground, *(self._entering(model, state) if self.steady and self.ground else ()))
+        return (*state, *(self._entering(model, state) if self.steady and self.ground else ()), *self.ground)
 
     def _entering(self, model: Model, state: tuple[float, ...]) -> tuple[float, ...]:
         """The fluxes of the masses of a state that is faster than its waves, else (): nothing inside can hold those back, but
         a solver that sees water fall from the ghost cells to dry ground lets in more."""
-        inwards = -np.sign(self.ground[0])
+        inwards = -np.sign(self.ground[-1])
         if min(inwards * speed for speed in answers.wave_speeds(model, state, (0.0,) * len(model.aux))) < 0.0:
             return ()
         return tuple(float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
 
     def ghost(self, model, q, values):
-        return beyond(model, values[:len(q)], values[len(q):])
+        return beyond(self, model, values[:len(q)], values)
 
     def mass_fluxes(self, model, values):
-        return values[len(model.conserved) + len(self.ground):]
+        return values[len(model.conserved):len(values) - len(self.ground)]
 
 
 @attrs.frozen

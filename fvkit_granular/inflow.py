@@ -140,12 +140,13 @@ class Hydrograph(Continued):
         least = critical_depth(discharge, model.g) if self.depth is None else at_time(t, self.times, self.depth)
         entering = discharge * self.inward
         moving, fluxes = [entering * value for value in momenta], [entering * masses[row] for row in model.mass_rows()]
-        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *self.ground, *fluxes)
+        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes, *self.ground)
 
     def ghost(self, model, q, values):
         h, rows = maximum(values[0], values[1] * model.depth(q)), len(q)
         flow = combine(h, values[2:2 + rows], 1.0, values[2 + rows:2 + 2 * rows])
-        return beyond(model, flow, values[2 + 2 * rows:])
+        return beyond(self, model, flow, values)
 
     def mass_fluxes(self, model, values):
-        return values[len(values) - len(model.mass_rows()):]
+        first = 2 + 2 * len(model.conserved)
+        return values[first:first + len(model.mass_rows())]

@@ -62,18 +62,19 @@ class Stage(Continued):
 
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         masses, momenta = of_flow(model, self, 1.0, self.phi)
-        distance, slope = self.ground or (0.0, 0.0)
-        return (self.at(t) - self.bottom - slope * distance, slope, slope * distance, *masses, *momenta, *self.ground)
+        slope, distance = self.ground or (0.0, 0.0)
+        return (self.at(t) - self.bottom, slope, 0.5 * distance, *masses, *momenta, *self.ground)
 
     def ghost(self, model, q, values):
-        over_ground, slope, rise, rows = values[0], values[1], values[2], len(q)
+        level, slope, rows, distance = values[0], values[1], len(q), values[len(values) - 1]
         h, v = model.depth(q), mean_speed(model, q)
         wet, out = h > model.dry, -self.inward * v
-        depth = maximum(over_ground + 0.5 * falling_share(model, q, slope) * rise, 0.0)
+        surface = level + falling_share(model, q, slope) * slope * (distance - values[2])
+        depth = maximum(surface - slope * distance, 0.0)
         ratio = depth / where(wet, h, 1.0)
         # The speed at which waves run in: that of a jump where the lake is deeper.
         unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
-        flow = beyond(model, q, values[3 + 2 * rows:])
+        flow = beyond(self, model, q, values)
         has = model.depth(flow)
         leaves, scale, result = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0)), q[:0]
         for k in range(rows):
