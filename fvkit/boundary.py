@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import _validate
+from fvkit import _validate, answers
 from fvkit.grid import Grid
 from fvkit.model import Model
 from fvkit.part import Part, default
 from fvkit.pointwise import multiply
-from fvkit.slopes import resolved_steps
+from fvkit.slopes import end_step, resolved_steps
 
 
 @attrs.frozen
@@ -32,8 +32,10 @@ class BoundaryCondition(Part, ABC):
     5. ``placed(left, model, grid, aux)`` returns the condition as it is at one end of a grid: what it needs to know of the
        ground there is noted in it. Itself by default.
     6. ``mass_fluxes(model, values)`` returns what passes the end of each mass of the model, positive to the right: a part of
-       ``values``. Where it is not defined the Riemann solver decides, from the ghost cells.
-    7. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
+       ``values``. Where it is not defined, or (), the Riemann solver decides, from the ghost cells.
+    7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
+       from 1: ``values`` by default.
+    8. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 
     reads: ClassVar[str] = "nearest"
@@ -44,6 +46,7 @@ class BoundaryCondition(Part, ABC):
         """Whether `values` is the same at all times."""
         return True
 
+    @default
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         """Return the floats that `ghost` receives at time t; none by default."""
         return ()
@@ -60,6 +63,10 @@ class BoundaryCondition(Part, ABC):
         """Return this condition as it is at the left or right end of a grid with cell averages ``aux``."""
         return self
 
+    def layer(self, values, number):
+        """Return the values that `ghost` receives for the ``number``-th ghost cell outwards."""
+        return values
+
     @default
     def mass_fluxes(self, model, values):
         """Return the flux of each mass through this end, per width, positive to the right."""
@@ -71,11 +78,70 @@ class BoundaryCondition(Part, ABC):
 
 
 @attrs.frozen
-class Outflow(BoundaryCondition):
-    """Zero-order extrapolation. Keeps rest over any bottom; reflects a little when a shock leaves."""
+class Continued(BoundaryCondition, ABC):
+    """Abstract end beyond which the aux functions go on, for models that know what flows there. Contract:
+
+    1. ``ground`` holds, once `placed`, the slopes of the aux functions beyond the end, per metre to the right, and how far
+       outside the first ghost cell lies, m, positive to the right. () for a model that defines no `Model.beyond`: all is level.
+       It stands at the end of ``values``.
+    2. ``goes_on(values, left)`` returns how much lower an aux function with cell averages ``values`` goes on, per cell outwards.
+    3. `beyond` returns the state of a flow there.
+
+    Parameters
+    ----------
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells,
+        where they lie on a slope and at no cliff.
+    """
+
+    slope: float | None = attrs.field(default=None, kw_only=True, converter=attrs.converters.optional(
+        lambda value: _validate.real(value, "slope", hint="fall of the bottom per metre outwards; None: as in the last cells")))
+    ground: Any = attrs.field(default=(), init=False, repr=False, eq=False)
+
+    def goes_on(self, values: np.ndarray, left: bool) -> float:
+        return end_step(values, left)
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> Any:
+        known, outwards = model.defines("beyond"), -1.0 if left else 1.0
+        if self.slope is not None and not (known and len(model.aux) == 1):
+            raise ValueError(f"`slope` of {type(self).__name__} needs a model that defines `beyond` and has one aux function, "
+                             f"its bottom; {type(model).__name__} has {', '.join(model.aux) or 'none'}: leave `slope` out")
+        falls = [self.goes_on(aux[name], left) / grid.dx if self.slope is None else self.slope for name in model.aux]
+        result = attrs.evolve(self)
+        if known:
+            object.__setattr__(result, "ground", (*(-outwards * fall for fall in falls), outwards * grid.dx))
+        return result
+
+    @default
+    def values(self, model: Model, t: float) -> tuple[float, ...]:
+        return self.ground
+
+    def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        if not self.ground:
+            return aux
+        return aux + np.array(self.ground[:-1]).reshape(-1, 1) * np.copysign(distance, self.ground[-1])
+
+    def layer(self, values, number):
+        return (*values[:-1], number * values[-1]) if self.ground else values
+
+
+def beyond(end, model, q, values):
+    """Return the state of a flow with state q in the ghost cells of a `Continued` end, from its values."""
+    return model.beyond(q, values[-len(end.ground):-1], values[-1]) if end.ground else q
+
+
+@attrs.frozen
+class Outflow(Continued):
+    """The flow goes on as in the last cell: a lake at its level, a river at its depth, in models that tell one from the other.
+
+    Where the ground falls outwards it goes on falling; where it rises it goes on level, so that nothing runs in from above.
+    Keeps rest over any bottom; reflects a little when a shock leaves.
+    """
+
+    def goes_on(self, values: np.ndarray, left: bool) -> float:
+        return max(end_step(values, left), 0.0)
 
     def ghost(self, model, q, values):
-        return q
+        return beyond(self, model, q, values)
 
 
 def _drop(value: Any) -> Any:
@@ -165,12 +231,45 @@ def _state(value: Any) -> Any:
 
 
 @attrs.frozen
-class Inflow(BoundaryCondition):
-    """A given conserved state in the ghost cells; the Riemann solver lets in what travels inwards.
+class Given(Continued, ABC):
+    """Abstract end with a given state. Contract: ``given(model, t)`` returns the conserved values, as floats."""
+
+    @abstractmethod
+    def given(self, model: Model, t: float) -> tuple[float, ...]:
+        """Return the conserved values at time t, s."""
+
+    def values(self, model: Model, t: float) -> tuple[float, ...]:
+        state = self.given(model, t)
+        return (*state, *(self._entering(model, state) if self.steady and self.ground else ()), *self.ground)
+
+    def _entering(self, model: Model, state: tuple[float, ...]) -> tuple[float, ...]:
+        """The fluxes of the masses of a state that is faster than its waves, else (): nothing inside can hold those back, but
+        a solver that sees water fall from the ghost cells to dry ground lets in more."""
+        inwards = -np.sign(self.ground[-1])
+        if min(inwards * speed for speed in answers.wave_speeds(model, state, (0.0,) * len(model.aux))) < 0.0:
+            return ()
+        return tuple(float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
+
+    def ghost(self, model, q, values):
+        return beyond(self, model, values[:len(q)], values)
+
+    def mass_fluxes(self, model, values):
+        return values[len(model.conserved):len(values) - len(self.ground)]
+
+
+@attrs.frozen
+class Inflow(Given):
+    """A given conserved state at the end; the Riemann solver lets in what travels inwards.
 
     Parameters
     ----------
     state : (num_eqn,) conserved values, or a function t -> (num_eqn,).
+    slope : see `Continued`.
+
+    Notes
+    -----
+    The ghost cells hold the state, over a bottom that goes on. Water that stands has its level there: its depth is that over the
+    bottom of the first cell. Of a flow with a depth that is faster than its waves, and constant, exactly h v enters.
     """
 
     state: Any = attrs.field(converter=_state)
@@ -179,7 +278,7 @@ class Inflow(BoundaryCondition):
     def steady(self) -> bool:
         return not callable(self.state)
 
-    def values(self, model: Model, t: float) -> tuple[float, ...]:
+    def given(self, model: Model, t: float) -> tuple[float, ...]:
         if self.steady:
             given = self.state
         else:
@@ -189,6 +288,3 @@ class Inflow(BoundaryCondition):
             raise ValueError(f"`state` of Inflow must have {len(model.conserved)} components "
                              f"({', '.join(model.conserved)}), got {len(given)}")
         return given
-
-    def ghost(self, model, q, values):
-        return values

@@ -189,7 +189,8 @@ class Problem:
         model, kind, rows = self.model, type(self.model), len(self.model.conserved)
         q, aux, count = self.sample()
         face = (q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux))
-        optional = {"settle": (q,), "jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face}
+        optional = {"settle": (q,), "jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face,
+                    "beyond": (q, (1.0,) * len(model.aux), 1.0)}
         single = {"admissible": (q,), "hyperbolic_discriminant": face[:2], "may_lose_hyperbolicity": face[:2]}
         asked = [name for name in (*optional, *single) if model.defines(name)]
         contract.read(kind, ("flux", "wave_speeds", *asked))
@@ -214,7 +215,7 @@ class Problem:
             values = side.values(model, self.t_start)
             contract.read(type(side), ("ghost",), kind)
             contract.rehearse(side, "ghost", (model, q, values), rows, count)
-            if side.defines("mass_fluxes"):
+            if side.defines("mass_fluxes") and side.mass_fluxes(model, values):
                 contract.rehearse(side, "mass_fluxes", (model, values), len(model.mass_rows()), count)
         for source in self.sources:
             source.check(model)

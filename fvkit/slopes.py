@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from fvkit.pointwise import least
+
 
 def resolved_steps(values: np.ndarray) -> np.ndarray:
     """Return, for each cell but the first and the last, the smaller of its differences to both neighbours, (n - 2,); 0 where
@@ -11,3 +13,14 @@ def resolved_steps(values: np.ndarray) -> np.ndarray:
     """
     before, after = np.diff(values)[:-1], np.diff(values)[1:]
     return np.where(before * after > 0.0, np.sign(before) * np.minimum(np.abs(before), np.abs(after)), 0.0)
+
+
+def end_step(values: np.ndarray, left: bool) -> float:
+    """Return how much lower the ground goes on beyond an end, per cell: the step of the last two cells, at most twice the one
+    before, and 0 where these have different signs. Negative where it rises outwards.
+    """
+    near = values[:3] if left else values[:-4:-1]
+    if len(near) < 3:
+        return 0.0
+    (step,) = least((near[1] - near[0],), (2.0 * (near[2] - near[1]),))
+    return float(step)

@@ -4,12 +4,13 @@ from typing import Any
 
 import attrs
 
-from fvkit import BoundaryCondition, _validate
+from fvkit import _validate
+from fvkit.boundary import Given
 
 
 @attrs.frozen
-class GivenFlow(BoundaryCondition):
-    """A constant flow in the ghost cells, as `fvkit.Inflow`, but in terms that every model understands.
+class GivenFlow(Given):
+    """A constant flow at the end, as `fvkit.Inflow`, but in terms that every model understands.
 
     The Riemann solver lets in what travels inwards: of a subcritical flow only a part is imposed.
 
@@ -18,6 +19,7 @@ class GivenFlow(BoundaryCondition):
     h : depth, m, >= 0.
     phi : solid fraction in [0, 1].
     vs, vf : velocities of solid and fluid, m/s, positive to the right.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
     """
 
     # Not annotated as floats: those are parameters of pointwise code, and here only `values`, plain Python, reads them.
@@ -26,10 +28,7 @@ class GivenFlow(BoundaryCondition):
     vs: Any = attrs.field(default=0.0, converter=_validate.within(hint="velocity in m/s"))  # type: ignore[misc]
     vf: Any = attrs.field(default=0.0, converter=_validate.within(hint="velocity in m/s"))  # type: ignore[misc]
 
-    def values(self, model, t):
+    def given(self, model, t):
         if not callable(getattr(model, "conserved_from", None)):
             raise ValueError(f"GivenFlow needs a model with h, phi, vs, vf; {type(model).__name__} has no `conserved_from`")
         return tuple(float(value) for value in model.conserved_from(self.h, self.phi, self.vs, self.vf))
-
-    def ghost(self, model, q, values):
-        return values

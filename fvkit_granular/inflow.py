@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit import BoundaryCondition, Grid, Model, _validate, maximum
+from fvkit.boundary import Continued, beyond
 from fvkit.pointwise import combine
 from fvkit_granular.columns import read_columns
 from fvkit_granular.states import critical_depth
@@ -17,8 +18,28 @@ def _table(value: Any, field: Any) -> tuple[float, ...]:
     return _validate.row(value, field.name)
 
 
+def _depth(value: Any) -> tuple[float, ...] | None:
+    return None if value is None else _validate.row(value, "depth")
+
+
 def _column(**settings: Any) -> Any:
     return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)
+
+
+def check_tables(end: BoundaryCondition, times: tuple[float, ...], **tables: tuple[float, ...]) -> None:
+    """Raise where times do not ascend, or a table has neither one entry for each of them nor one for all."""
+    kind = type(end).__name__
+    if (np.diff(times) <= 0.0).any():
+        raise ValueError(f"`times` of a {kind} must ascend, got {list(times)}")
+    for name, values in tables.items():
+        if len(values) not in (1, len(times)):
+            raise ValueError(f"`{name}` of a {kind} must have one entry for each of the {len(times)} times, or one for all, "
+                             f"got {len(values)}")
+
+
+def at_time(t: float, times: tuple[float, ...], values: tuple[float, ...]) -> float:
+    """Return the value of a table at time t, linear between its entries."""
+    return values[0] if len(values) == 1 else float(np.interp(t, times, values))
 
 
 def of_flow(model: Any, asking: BoundaryCondition, h: float, phi: float) -> tuple[list[float], list[float]]:
@@ -39,7 +60,7 @@ def of_flow(model: Any, asking: BoundaryCondition, h: float, phi: float) -> tupl
 
 
 @attrs.frozen
-class Hydrograph(BoundaryCondition):
+class Hydrograph(Continued):
     """A discharge that flows in, with its solid fraction, both given in time; linear between the entries.
 
     What enters each mass is exactly phi(t) Q(t), (1 - phi(t)) Q(t): the flux through the end is set, not asked of the Riemann
@@ -52,7 +73,9 @@ class Hydrograph(BoundaryCondition):
     times : times of the entries, s, ascending; before the first and after the last the values stay.
     discharge : discharge per width, m^2/s, >= 0 flows in at either end: one for each time, or one for all.
     phi : solid fraction of what flows in, in [0, 1]: one for each time, or one for all.
-    depth : depth of what flows in, m, for an inflow faster than its waves; None for the rule above.
+    depth : depth of what flows in, m, for an inflow faster than its waves: one for each time, or one for all; None for the rule
+        above.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
 
     Notes
     -----
@@ -63,25 +86,24 @@ class Hydrograph(BoundaryCondition):
     times: tuple[float, ...] = _column()
     discharge: tuple[float, ...] = _column()
     phi: tuple[float, ...] = _column()
-    depth: float | None = _validate.optional_number(above=0.0)
+    depth: tuple[float, ...] | None = attrs.field(default=None, converter=_depth)
     inward: float = attrs.field(default=1.0, init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
-        if (np.diff(self.times) <= 0.0).any():
-            raise ValueError(f"`times` of a Hydrograph must ascend, got {list(self.times)}")
-        for name, values in (("discharge", self.discharge), ("phi", self.phi)):
-            if len(values) not in (1, len(self.times)):
-                raise ValueError(f"`{name}` of a Hydrograph must have one entry for each of the {len(self.times)} times, or "
-                                 f"one for all, got {len(values)}")
+        depth = self.depth or (np.inf,)
+        check_tables(self, self.times, discharge=self.discharge, phi=self.phi, depth=depth)
         if min(self.discharge) < 0.0:
             raise ValueError(f"`discharge` of a Hydrograph must be >= 0, which flows in, got {min(self.discharge):g}: "
                              "what flows out is for fv.Outflow or gr.Stage")
         if not 0.0 <= min(self.phi) <= max(self.phi) <= 1.0:
             raise ValueError(f"`phi` of a Hydrograph must be in [0, 1], got {list(self.phi)}")
+        if min(depth) < 0.0 or ((np.array(depth) == 0.0) & (np.array(self.discharge) > 0.0)).any():
+            raise ValueError(f"`depth` of a Hydrograph must be > 0 where there is a discharge, >= 0 elsewhere, got {list(depth)}")
 
     @classmethod
     def read(cls, path: str | Path) -> "Hydrograph":
-        """Return the hydrograph of a CSV file with columns ``t [s]`` (or min, h), ``discharge [m2/s]``, ``phi [-]`` (or %).
+        """Return the hydrograph of a CSV file with columns ``t [s]`` (or min, h), ``discharge [m2/s]``, ``phi [-]`` (or %) and,
+        if it likes, ``depth [m]``.
 
         Raises
         ------
@@ -92,38 +114,39 @@ class Hydrograph(BoundaryCondition):
         """
         table = read_columns(path)
         times = table.ascending("t", "time", "for a jump put two rows close together")
-        columns: tuple[Any, ...] = times, table.column("discharge", "discharge"), table.column("phi", "share")
+        depth = table.column("depth", "length") if "depth" in table.values else None
+        columns: tuple[Any, ...] = times, table.column("discharge", "discharge"), table.column("phi", "share"), depth
         return cls(*columns)
 
     @property
     def steady(self) -> bool:
-        return len(self.times) == 1 or len(self.discharge) == len(self.phi) == 1
+        return len(self.times) == 1 or len(self.discharge) == len(self.phi) == len(self.depth or (0.0,)) == 1
 
     def breaks(self) -> tuple[float, ...]:
         return () if self.steady else self.times
 
     def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
-        result = attrs.evolve(self)
+        result = super().placed(left, model, grid, aux)
         object.__setattr__(result, "inward", 1.0 if left else -1.0)
         return result
 
     def at(self, t: float) -> tuple[float, float]:
         """Return discharge per width, m^2/s, and solid fraction at time t, s."""
-        discharge, phi = (values[0] if len(values) == 1 else float(np.interp(t, self.times, values))
-                          for values in (self.discharge, self.phi))
-        return discharge, phi
+        return at_time(t, self.times, self.discharge), at_time(t, self.times, self.phi)
 
     def values(self, model: Any, t: float) -> tuple[float, ...]:
         discharge, phi = self.at(t)
         masses, momenta = of_flow(model, self, 1.0, phi)
-        least = critical_depth(discharge, model.g) if self.depth is None else self.depth
+        least = critical_depth(discharge, model.g) if self.depth is None else at_time(t, self.times, self.depth)
         entering = discharge * self.inward
         moving, fluxes = [entering * value for value in momenta], [entering * masses[row] for row in model.mass_rows()]
-        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes)
+        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes, *self.ground)
 
     def ghost(self, model, q, values):
         h, rows = maximum(values[0], values[1] * model.depth(q)), len(q)
-        return combine(h, values[2:2 + rows], 1.0, values[2 + rows:2 + 2 * rows])
+        flow = combine(h, values[2:2 + rows], 1.0, values[2 + rows:2 + 2 * rows])
+        return beyond(self, model, flow, values)
 
     def mass_fluxes(self, model, values):
-        return values[len(values) - len(model.mass_rows()):]
+        first = 2 + 2 * len(model.conserved)
+        return values[first:first + len(model.mass_rows())]

@@ -1,53 +1,84 @@
 """`Stage` and `UniformSlope`: how a flow leaves where the channel goes on."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit import BoundaryCondition, Grid, Model, _validate, where
-from fvkit_granular.inflow import of_flow
+from fvkit import BoundaryCondition, Grid, Model, _validate, maximum, where
+from fvkit.boundary import Continued, beyond
+from fvkit_granular.beyond import falling_share, mean_speed
+from fvkit_granular.inflow import at_time, check_tables, of_flow
+
+
+def _level(value: Any) -> Any:
+    return value if callable(value) and not isinstance(value, type) else _validate.row(value, "level")
 
 
 @attrs.frozen
-class Stage(BoundaryCondition):
-    """A lake or sea of given level beyond the end: the depth of the ghost cells is the level less the bottom there.
+class Stage(Continued):
+    """A lake or sea of given level at the end: the depth of the ghost cells is the level less the bottom there.
 
-    The flow passes in or out as the difference of levels has it; a flow that leaves faster than its waves does not feel it.
+    The flow passes in or out as the difference of levels has it. One that leaves faster than its waves does not feel it, unless
+    the lake is so much deeper that a jump runs in. A river that leaves or enters has the level at the face.
 
     Parameters
     ----------
-    level : height of the free surface, m, over the same datum as the bottom.
+    level : height of the free surface, m, over the same datum as the bottom: a number, one for each of ``times``, linear between
+        them, or a function of time, s.
     phi : solid fraction of what flows in, in [0, 1]: 0, clear water, by default. What flows out has its own.
+    times : times of the levels, s, ascending; before the first and after the last they stay.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
     """
 
-    level: float = attrs.field(converter=_validate.within())  # type: ignore[misc]
+    level: Any = attrs.field(converter=_level)
     phi: float = _validate.number(0.0, at_least=0.0, at_most=1.0)
+    times: tuple[float, ...] = attrs.field(default=(0.0,), converter=lambda value: _validate.row(value, "times"))
     bottom: float = attrs.field(default=0.0, init=False, repr=False)
     inward: float = attrs.field(default=1.0, init=False, repr=False)
 
+    def __attrs_post_init__(self) -> None:
+        check_tables(self, self.times, level=(0.0,) if callable(self.level) else self.level)
+
+    @property
+    def steady(self) -> bool:
+        return not callable(self.level) and len(self.level) == 1
+
+    def breaks(self) -> tuple[float, ...]:
+        return () if self.steady or callable(self.level) else self.times
+
     def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Stage":
-        result = attrs.evolve(self)
+        result = super().placed(left, model, grid, aux)
         object.__setattr__(result, "bottom", float(aux["b"][0 if left else -1]) if "b" in aux else 0.0)
         object.__setattr__(result, "inward", 1.0 if left else -1.0)
         return result
 
+    def at(self, t: float) -> float:
+        """Return the level at time t, s."""
+        if callable(self.level):
+            return _validate.real(self.level(t), f"level of a Stage at t = {t:g}")
+        return at_time(t, self.times, self.level)
+
     def values(self, model: Model, t: float) -> tuple[float, ...]:
-        depth = max(self.level - self.bottom, 0.0)
-        masses, momenta = of_flow(model, self, depth, self.phi)
-        return (depth, *masses, *momenta)
+        masses, momenta = of_flow(model, self, 1.0, self.phi)
+        slope, distance = self.ground or (0.0, 0.0)
+        return (self.at(t) - self.bottom, slope, 0.5 * distance, *masses, *momenta, *self.ground)
 
     def ghost(self, model, q, values):
-        h = model.depth(q)
-        wet = h > model.dry
-        flow, mass = 0.0, 0.0
-        for masses, momentum in model.phases:
-            flow, mass = flow + q[momentum], mass + q[masses[-1]]
-        speed = where(wet, flow / where(wet, mass, 1.0), 0.0)
-        leaves = wet & (self.inward * flow <= 0.0)
-        scale, rows, result = values[0] / where(wet, h, 1.0), len(q), q[:0]
+        level, slope, rows, distance = values[0], values[1], len(q), values[len(values) - 1]
+        h, v = model.depth(q), mean_speed(model, q)
+        wet, out = h > model.dry, -self.inward * v
+        surface = level + falling_share(model, q, slope) * slope * (distance - values[2])
+        depth = maximum(surface - slope * distance, 0.0)
+        ratio = depth / where(wet, h, 1.0)
+        # The speed at which waves run in: that of a jump where the lake is deeper.
+        unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
+        flow = beyond(self, model, q, values)
+        has = model.depth(flow)
+        leaves, scale, result = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0)), q[:0]
         for k in range(rows):
-            result = result + (where(leaves, scale * q[k], values[1 + k] + speed * values[1 + rows + k]),)
+            result = result + (where(leaves, scale * flow[k], depth * values[3 + k] + v * depth * values[3 + rows + k]),)
         return result
 
 

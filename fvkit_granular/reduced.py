@@ -22,6 +22,7 @@ from fvkit_granular.bed import (
     velocity,
     wall_push,
 )
+from fvkit_granular.beyond import deepened, deepening
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -137,6 +138,10 @@ class Reduced(Model):
         carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl
         carried3 = hr * vr - hr * ((s3 - vr) / (s3 - starr + TINY)) * starr
         return ((carried1,) + first, (jump[0] - carried1 - carried3,) + second, (carried3,) + third), speeds
+
+    def beyond(self, q, slopes, distance):
+        mass, momentum, _ = deepened(q[0], deepening(self, q, slopes[0], distance), self.dry)
+        return mass * q[0], mass * q[1], momentum * q[2]
 
     def settle(self, q):
         return q[0], q[1], settled(q[1], q[2], self.dry)

@@ -21,6 +21,7 @@ from fvkit_granular.bed import (
     velocity,
     wall_push,
 )
+from fvkit_granular.beyond import deepened, deepening
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -107,6 +108,10 @@ class ShallowWater(Model):
         push = jump[1] - (hr * vr * vr - hl * vl * vl)
         waves, speeds, _ = mass_and_momentum(hl, vl, hr, vr, push, al, ar, step, self.g, jump)
         return waves, speeds
+
+    def beyond(self, q, slopes, distance):
+        mass, momentum, _ = deepened(q[0], deepening(self, q, slopes[0], distance), self.dry)
+        return mass * q[0], momentum * q[1]
 
     def settle(self, q):
         return q[0], settled(q[0], q[1], self.dry)

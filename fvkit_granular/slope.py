@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import BoundaryCondition, Problem
+from fvkit import Problem
 from fvkit.slopes import resolved_steps
 
 #: Angle, degrees, above which a scene warns, and the share of the largest depth below which a cell is dry here.
@@ -51,7 +51,7 @@ def within_reach(b: np.ndarray, dx: float, h: np.ndarray, speed: np.ndarray, g: 
     sides : boundary conditions (left, right); one that gives values to its ghosts, and is no wall, lets flow in.
     """
     ends = [level for side, level in zip(sides, (b[0], b[-1]), strict=True)
-            if not side.closed and type(side).values is not BoundaryCondition.values]
+            if not side.closed and side.defines("values")]
     head = (h + b + speed * speed / (2.0 * g))[deep(h)]
     return steepest(b, dx, b <= max([*head, *ends], default=-np.inf))
 

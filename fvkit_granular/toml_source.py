@@ -101,7 +101,8 @@ class Table:
     def part(self, word: str, kinds: Mapping[str, type]) -> Any:
         """Return an instance of the class that the key ``word`` names, its fields read from the other keys."""
         kind: Any = kinds[self.choice(word, kinds)]
-        fields = {field.alias: field.default is attrs.NOTHING for field in attrs.fields(kind) if field.init}
+        known = sorted(attrs.fields(kind), key=lambda field: field.kw_only)
+        fields = {field.alias: field.default is attrs.NOTHING for field in known if field.init}
         self.only((word, *fields))
         values = {name: self.need(name) if needed else self.data[name] for name, needed in fields.items()
                   if needed or name in self.data}

@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit.polynomial import product_slope, total
 from fvkit_granular.bed import bed_step, upper
+from fvkit_granular.beyond import deepened, deepening
 from fvkit_granular.pressure_coupled import PressureCoupled
 from fvkit_granular.quantities import LAYERS
 from fvkit_granular.spectrum import layer_couplings
@@ -76,6 +77,12 @@ class TwoLayer(PressureCoupled):
         db, excess = bed_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
         _, beyond = bed_step(hsl, hsr, auxl[0], auxr[0])
         return (hsr - hsl) + (db - beyond), msr - msl, (hfr - hfl) + (beyond - excess), mfr - mfl
+
+    def beyond(self, q, slopes, distance):
+        hs, ms, hf, mf = q
+        lower, slow, left = deepened(hs, deepening(self, q, slopes[0], distance), self.dry)
+        upper, fast, _ = deepened(hf, left, self.dry)
+        return lower * hs, slow * ms, upper * hf, fast * mf
 
     def lift(self, here, aux):
         return aux[0], 0.0, 0.0, 0.0

@@ -10,6 +10,7 @@ import numpy as np
 from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
 from fvkit_granular.bed import LEAST_DRY, TINY, face_step, kinetic_head, mean_velocity, present, settled, velocity, wall_push
+from fvkit_granular.beyond import deepened, deepening
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
 from fvkit_granular.relaxation import Relaxation, mass_and_momentum, sound_speeds
@@ -97,6 +98,10 @@ class TwoMasses(Model, ABC):
         (f1, f2, f3), f_speeds, _ = mass_and_momentum(hfl, vfl, hfr, vfr, fluid, al, ar, step, self.g, jump[2:])
         none = (0.0, 0.0)
         return (s1 + none, s2 + none, s3 + none, none + f1, none + f2, none + f3), s_speeds + f_speeds
+
+    def beyond(self, q, slopes, distance):
+        mass, momentum, _ = deepened(self.depth(q), deepening(self, q, slopes[0], distance), self.dry)
+        return mass * q[0], momentum * q[1], mass * q[2], momentum * q[3]
 
     def settle(self, q):
         hs, ms, hf, mf = q

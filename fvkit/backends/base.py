@@ -164,6 +164,7 @@ class Kernel(ABC):
         self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
         self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
         self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
+        self._layers = np.arange(self.halo, 0, -1.0), np.arange(1.0, self.halo + 1.0)
         self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
         if problem.background_averages is not None:
             self._add_background(problem.background_averages)
@@ -192,8 +193,8 @@ class Kernel(ABC):
         """Fill the ghost cells of a padded state."""
         model = self.problem.model
         given = self._given_values = self.ghost_values(t) if self._values is None else self._values
-        for side, (ghosts, seen), values in zip(self.problem.ends, self._slices, given, strict=True):
-            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), values), strict=True):
+        for side, (ghosts, seen), numbers, values in zip(self.problem.ends, self._slices, self._layers, given, strict=True):
+            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), side.layer(values, numbers)), strict=True):
                 row[ghosts] = component
 
     def _add_background(self, averages: np.ndarray) -> None:

@@ -109,7 +109,8 @@ class Ends(Writer):
                     given = tuple(self.graph.node("load", f"aux[{k}, {cell}]") if varies else 0.0
                                   for k, varies in enumerate(self.varies))
                     state = self.act(state, given, self.before, self.parts.beside)
-                result = part.ghost(self.parts.model, state, self.values(side))
+                values = part.layer(self.values(side), float(halo - layer if left else layer + 1))
+                result = part.ghost(self.parts.model, state, values)
                 for k, name in enumerate(self.assign(list(result), 1, fixed=True)):
                     self.emit(f"q[{k}, {layer if left else f'n + {halo + layer}'}] = {name}")
         self.emit("return")

@@ -261,11 +261,15 @@ def test_what_no_file_can_say_is_refused(scene, words):
         gr.scene_text(scene)
 
 
+def below(kind):
+    return [kind, *(other for child in kind.__subclasses__() for other in below(child))]
+
+
 def test_every_boundary_and_source_of_the_package_has_a_name():
     assert set(SOURCES.values()) == {kind for base in (gr.Drag, gr.BasalFriction) for kind in base.__subclasses__()
                                      if kind.__module__.startswith("fvkit_granular.")}
     assert set(BOUNDARIES.values()) == {fv.Outflow, fv.Wall, fv.Periodic, *(
-        kind for kind in fv.BoundaryCondition.__subclasses__() if kind.__module__.startswith("fvkit_granular."))}
+        kind for kind in below(fv.BoundaryCondition) if kind.__module__.startswith("fvkit_granular."))}
 
 
 def test_find_scene_tells_names_from_files(folder):
@@ -383,7 +387,11 @@ def test_the_page_names_every_key_shape_boundary_and_source(page):
 ENDS = {
     'left = {type = "hydrograph", times = [0, 1.5], discharge = [1.0, 0.5], phi = 0.4}': gr.Hydrograph([0.0, 1.5], [1.0, 0.5], 0.4),
     'left = {type = "hydrograph", file = "flood.csv"}': gr.Hydrograph([0.0, 90.0, 180.0], [0.0, 2.0, 1.0], [0.1, 0.5, 0.3]),
+    'left = {type = "hydrograph", times = [0, 9], discharge = 1, phi = 0.4, depth = [0.1, 0.2], slope = -0.1}':
+        gr.Hydrograph([0.0, 9.0], 1.0, 0.4, [0.1, 0.2], slope=-0.1),
     'left = {type = "stage", level = 2.5}': gr.Stage(2.5),
+    'left = {type = "stage", level = [2.5, 3.0], times = [0, 9], slope = 0}': gr.Stage([2.5, 3.0], times=[0.0, 9.0], slope=0.0),
+    'left = {type = "outflow", slope = 0.1}': fv.Outflow(slope=0.1),
     'left = {type = "uniform-slope", slope = 0.1}': gr.UniformSlope(0.1),
     'left = "uniform-slope"': gr.UniformSlope(),
 }

@@ -1,0 +1,213 @@
+"""Ends over ground that goes on: a lake keeps its level, a river its depth, and what is given enters."""
+
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.slopes import end_step
+
+MODELS = [gr.TwoPhase, gr.ShallowWater, gr.Reduced, gr.PitmanLe, gr.TwoLayer]
+GROUNDS = {"falls": lambda x: -0.05 * x, "rises": lambda x: 0.05 * x, "steep": lambda x: -0.3 * x,
+           "hill": lambda x: -0.02 * (x - 5.0) ** 2, "rough": lambda x: 0.3 * np.sin(7.0 * x)}
+SLOPE, MANNING = 0.05, 0.03
+
+
+@pytest.fixture(params=["numpy", "numba"])
+def backend(request):
+    if request.param == "numba":
+        pytest.importorskip("numba")
+    return request.param
+
+
+def lake(model, ground, level=0.4, cells=20):
+    """State and bottom of a lake, its layers level too; dry where the ground is higher."""
+    b = ground(fv.Grid(0.0, 10.0, cells).centers)
+    h = np.maximum(level - b, 0.0)
+    if model is gr.TwoLayer:
+        lower = np.maximum(level - 0.25 - b, 0.0)
+        return np.stack([lower, 0.0 * h, h - lower, 0.0 * h]), b
+    return model().conserved_from(h, 0.4), b
+
+
+def at_rest(model, ground, boundary, lines=False, backend="numpy"):
+    q, b = lake(model, ground)
+    problem = fv.Problem(model(), fv.Grid(0.0, 10.0, q.shape[1]), q, 1.0, {"b": b}, boundary(q))
+    riemann = fv.HLL() if model is gr.PitmanLe else model().default_riemann()
+    scheme = fv.MethodOfLines(riemann) if lines else fv.WavePropagation(riemann)
+    return np.abs(fv.solve(problem, scheme, backend=backend).q[-1] - q).max()
+
+
+REST = {"outflow": lambda q: fv.Outflow(), "inflow": lambda q: (fv.Inflow(q[:, 0]), fv.Inflow(q[:, -1])),
+        "stage": lambda q: gr.Stage(0.4, phi=0.4), "no flood": lambda q: gr.Hydrograph(0.0, 0.0, 0.4)}
+
+
+@pytest.mark.parametrize("lines", [False, True], ids=["wave", "lines"])
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("end", REST)
+@pytest.mark.parametrize("model", MODELS, ids=lambda kind: kind.__name__)
+def test_a_lake_is_at_rest_at_every_end_over_any_ground(model, end, ground, lines):
+    if model is gr.TwoLayer and end in ("stage", "no flood"):
+        pytest.skip("a lake of one mixture does not hold layers")
+    assert at_rest(model, GROUNDS[ground], REST[end], lines) < 1e-13
+
+
+@pytest.mark.parametrize("end", REST)
+def test_compiled_ends_keep_a_lake_as_well(end):
+    pytest.importorskip("numba")
+    assert at_rest(gr.TwoPhase, GROUNDS["falls"], REST[end], backend="numba") < 1e-13
+
+
+def test_the_rate_of_change_of_a_lake_is_zero():
+    q, b = lake(gr.ShallowWater, GROUNDS["falls"])
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 20), q, 1.0, {"b": b}, (gr.Stage(0.4), fv.Outflow()))
+    assert np.abs(fv.rhs(problem)(0.0, q)).max() < 1e-13
+
+
+def river(law, h, v, boundary, slope=SLOPE, t_end=30.0, left_falls=False):
+    """A uniform flow down a plane: to the right, or its mirror image."""
+    sign = -1.0 if left_falls else 1.0
+    scene = gr.Scene((-50.0, 50.0), t_end, lambda x: {"h": h + 0.0 * x, "phi": 0.4, "vs": sign * v, "vf": sign * v},
+                     bottom=lambda x: -sign * slope * x, sources=law, boundary=boundary[::-1] if left_falls else boundary)
+    return scene.problem(gr.ShallowWater, 50)
+
+
+def normal(h, slope=SLOPE):
+    """The speed at which Manning's friction balances a slope."""
+    return np.sqrt(slope) * h ** (2.0 / 3.0) / MANNING
+
+
+FLOWS = {"subcritical": (gr.Manning(MANNING), 1.0, normal(1.0, 0.002), 0.002), "fast": (gr.Manning(MANNING), 0.3, normal(0.3), SLOPE),
+         "Voellmy": (gr.Voellmy(0.02, 400.0), 0.5, np.sqrt((SLOPE - 0.02) * 400.0 * 0.5), SLOPE),
+         "creeping grains": (gr.CoulombFriction(SLOPE), 0.5, 1.0, SLOPE), "grains": (gr.CoulombFriction(SLOPE), 0.5, 6.0, SLOPE)}
+
+
+@pytest.mark.parametrize("left_falls", [False, True], ids=["right", "left"])
+@pytest.mark.parametrize("leaves", ["uniform", "outflow", "stage"])
+@pytest.mark.parametrize("name", FLOWS)
+def test_uniform_flow_stays_uniform_from_end_to_end(name, leaves, left_falls):
+    law, h, v, slope = FLOWS[name]
+    end = {"uniform": gr.UniformSlope(), "outflow": fv.Outflow(), "stage": gr.Stage(h - 50.0 * slope, phi=0.4)}[leaves]
+    problem = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h), end), slope, left_falls=left_falls)
+    np.testing.assert_allclose(fv.solve(problem, backend="numpy").q[-1], problem.q0, rtol=1e-11)
+
+
+def test_compiled_ends_keep_uniform_flow(backend):
+    law, h, v, slope = FLOWS["subcritical"]
+    problem = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4), fv.Outflow()), slope)
+    np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, rtol=1e-12)
+
+
+def test_uniform_flow_leaves_a_fifth_order_scheme_uniform():
+    law, h, v, slope = FLOWS["fast"]
+    problem = river(law, h, v, (gr.UniformSlope(-slope), fv.Outflow()), slope, t_end=5.0)
+    solution = fv.solve(problem, fv.MethodOfLines(gr.Relaxation()), backend="numpy")
+    assert np.ptp(solution.q[-1][0][25:]) < 1e-7 * h
+
+
+def test_a_river_that_starts_too_deep_leaves_at_its_own_depth():
+    slope, q = 1e-3, 2.0
+    h = (q * MANNING / np.sqrt(slope)) ** 0.6
+    scene = gr.Scene((0.0, 5000.0), 20_000.0, lambda x: {"h": 1.5 * h + 0.0 * x, "phi": 0.0, "vf": q / h, "vs": q / h},
+                     bottom=lambda x: -slope * x, boundary=(gr.Hydrograph(0.0, q, 0.0), fv.Outflow()), sources=gr.Manning(MANNING))
+    np.testing.assert_allclose(fv.solve(scene.problem(gr.ShallowWater, 50), backend="numpy").q[-1][0], h, rtol=1e-3)
+
+
+@pytest.mark.parametrize("dx", [5.0, 40.0])
+@pytest.mark.parametrize("law", [(), gr.CoulombFriction(0.3), gr.Voellmy(0.2, 1000.0), gr.Manning(0.05)], ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("model", [gr.ShallowWater, gr.TwoPhase], ids=lambda kind: kind.__name__)
+def test_a_fast_inflow_onto_a_dry_slope_enters_whole(model, law, dx):
+    kind = model(dry=1e-6)
+    state = kind.conserved_from(1.0, 0.5, 8.0, 8.0)
+    problem = fv.Problem(kind, fv.Grid(0.0, 1000.0, round(1000.0 / dx)), lambda x: kind.conserved_from(0.0 * x, 0.5), 10.0,
+                         {"b": lambda x: -0.3 * x}, (fv.Inflow(state), fv.Outflow()), law)
+    solution = fv.solve(problem, backend="numpy", nonhyperbolic="ignore")
+    assert kind.depth(solution.q[-1]).sum() * dx == pytest.approx(80.0, rel=1e-9)
+
+
+def test_a_given_flow_enters_whole_as_well(backend):
+    problem = river(gr.Manning(MANNING), 0.3, normal(0.3), (gr.GivenFlow(0.3, 0.4, normal(0.3), normal(0.3)), fv.Outflow()))
+    np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, rtol=1e-11)
+
+
+def bump(x):
+    return np.maximum(0.0, 0.2 - 0.05 * (x - 10.0) ** 2)
+
+
+def over_the_bump(discharge, stage, level, t_end=150.0):
+    model = gr.ShallowWater()
+    return fv.Problem(model, fv.Grid(0.0, 25.0, 100), lambda x: model.conserved_from(level - bump(x), 0.0), t_end, {"b": bump},
+                      (gr.Hydrograph(0.0, discharge, 0.0), gr.Stage(stage)))
+
+
+def test_a_flow_faster_than_its_waves_does_not_feel_a_stage_unless_a_jump_runs_in():
+    fast = fv.solve(over_the_bump(1.53, 0.66, 0.66), backend="numpy").q[-1][0]
+    assert np.ptp(fast[-20:]) < 2e-3
+    assert fast[-1] == pytest.approx(0.4057, abs=2e-3)
+    drowned = fv.solve(over_the_bump(1.53, 1.5, 0.66), backend="numpy").q[-1][0]
+    assert drowned[-1] == pytest.approx(1.5, abs=0.01)
+
+
+def test_a_subcritical_flow_has_the_stage_at_its_end():
+    h = fv.solve(over_the_bump(4.42, 2.0, 2.0), backend="numpy").q[-1][0]
+    assert h[-1] == pytest.approx(2.0, abs=5e-4)
+
+
+@pytest.mark.parametrize("level", [([1.0, 1.0, 1.5], [0.0, 10.0, 110.0]), (lambda t: 1.0 + 0.005 * max(t - 10.0, 0.0), (0.0,))],
+                         ids=["table", "function"])
+def test_a_basin_follows_a_level_that_rises(level, backend):
+    scene = gr.Scene((0.0, 10.0), 90.0, lambda x: {"h": 1.0 + 0.05 * x, "phi": 0.0}, bottom=lambda x: -0.05 * x,
+                     boundary=(fv.Wall(), gr.Stage(level[0], times=level[1])), sources=gr.Manning(0.1))
+    solution = fv.solve(scene.problem(gr.ShallowWater, 20), backend=backend, times=[10.0, 90.0])
+    np.testing.assert_allclose(solution.observables(-2)["surface"], 1.0, atol=1e-12)
+    surface = solution.observables()["surface"]
+    assert surface[-1] == pytest.approx(1.4, abs=5e-4)
+    np.testing.assert_allclose(surface, 1.4, atol=1e-2)  # the basin sways: the level starts to rise all at once
+
+
+def test_a_hydrograph_takes_a_depth_against_time(tmp_path, backend):
+    times, discharge, depth = [0.0, 4.0], [2.0, 3.0], [0.4, 0.5]
+    path = tmp_path / "flood.csv"
+    path.write_text("t [s], discharge [m2/s], phi [-], depth [m]\n0, 2, 0.3, 0.4\n4, 3, 0.3, 0.5\n")
+    flood = gr.Hydrograph.read(path)
+    assert flood == gr.Hydrograph(times, discharge, [0.3, 0.3], depth)
+    model = gr.TwoPhase()
+    def given(t):
+        h, q = np.interp(t, times, depth), np.interp(t, times, discharge)
+        return model.conserved_from(h, 0.3, q / h, q / h)
+    scene = gr.Scene((0.0, 20.0), 4.0, lambda x: {"h": 0.4 + 0.0 * x, "phi": 0.3, "vs": 5.0, "vf": 5.0}, boundary=(flood, fv.Outflow()))
+    ends = [fv.solve(fv.Problem(model, fv.Grid(0.0, 20.0, 40), scene.problem(model, 40).q0, 4.0, boundary=(end, fv.Outflow())),
+                     backend=backend) for end in (flood, fv.Inflow(given))]
+    np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], rtol=1e-9)
+    assert ends[0].q[-1][0].max() > 0.3 * 0.45
+
+
+def test_an_outflow_lets_nothing_run_in_from_ground_that_rises():
+    """Water that sloshes in a valley whose sides go on rising: a river that came down them would never end."""
+    scene = gr.Scene((-10.0, 10.0), 60.0, lambda x: {"h": np.maximum(1.0 - 0.05 * np.abs(x), 0.0), "phi": 0.4, "vs": 1.0, "vf": 1.0},
+                     bottom=lambda x: 0.05 * np.abs(x), sources=gr.Manning(0.03))
+    problem = scene.problem(gr.ShallowWater, 40)
+    solution = fv.solve(problem, backend="numpy")
+    assert solution.q[-1][0].sum() <= 1.001 * problem.q0[0].sum()
+
+
+@pytest.mark.parametrize("slope", [-0.2, 0.2])
+def test_a_block_runs_off_either_end_of_a_plane_and_leaves_it_dry(slope, backend):
+    scene = gr.Scene((-20.0, 20.0), 30.0, lambda x: {"h": np.where(np.abs(x) < 3.0, 1.0, 0.0), "phi": 0.4}, bottom=lambda x: slope * x,
+                     sources=gr.Manning(0.03))
+    solution = fv.solve(scene.problem(gr.TwoPhase, 40), backend=backend)
+    assert gr.TwoPhase().depth(solution.q[-1]).max() < 0.01
+
+
+def test_a_slope_is_given_or_seen_and_a_cliff_is_none():
+    values = np.array([0.0, 1.0, 2.0, 3.0])
+    assert (end_step(values, True), end_step(values, False)) == (1.0, -1.0)
+    assert end_step(np.array([0.0, 0.1, 0.2, 9.0]), False) == pytest.approx(-0.2)
+    assert end_step(np.array([0.0, -1.0, 5.0]), True) == end_step(np.array([0.0, 1.0]), True) == 0.0
+    law, h, v, slope = FLOWS["fast"]
+    seen = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h), gr.UniformSlope()))
+    given = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h, slope=-slope), gr.UniformSlope(slope)))
+    level = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h, slope=0.0), gr.UniformSlope()))
+    ends = [fv.solve(problem, backend="numpy").q[-1][0] for problem in (seen, given, level)]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
+    assert ends[2][0] > 1.05 * ends[0][0]
