@@ -120,6 +120,10 @@ class Generator(Ends):
         if self.opens:  # ghost cells have been filled from cells on which the sources have acted
             q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.beside)
+            counted = self.brought(q, state, "ends")
+            if counted:  # of the cells of this tile alone
+                self.emit(f"for j in range({halo}, {halo} + nt):")
+                self.compute([], -halo, counted, 2)
             self.emit(f"for j in range(max({halo} - c0, 0), min({width}, n + {halo} - c0)):")
             self.compute(list(zip(self.fields["q"], state, strict=True)), -halo, [], 2)
 
@@ -211,14 +215,15 @@ class Generator(Ends):
         """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""
         (low, _), stages = group
         own = self.run(stages, low)
+        extra: list[tuple[str, Any]] = []
         self.emit("bad = 0")
         if self.staged:
-            new, extra = tuple(-1.0 * net for net in own["net"]), []
+            new = tuple(-1.0 * net for net in own["net"])
         else:
             q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
             moved = own.get("new") or tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
-            new = self.finished(moved, aux)
-            extra = [("bad = bad | (1 - {})", self.good(new))]
+            new, extra = self.finished(moved, aux, "ends")
+            extra.append(("bad = bad | (1 - {})", self.good(new)))
         rows = tuple(self.new_row(0) for _ in new)
         self.loop("nt", list(zip(rows, new, strict=True)), 0, extra)
         for k, row in enumerate(rows):
