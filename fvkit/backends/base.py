@@ -221,7 +221,8 @@ class Kernel(ABC):
         flow, aux = self.padded(averages), self.padded_aux()
         with np.errstate(all="ignore"):
             self.fill_ghosts(flow, problem.t_start)
-            at_faces = problem.background(problem.grid.edges) if callable(problem.background) else None
+            given = problem.background
+            at_faces = np.asarray(given(problem.grid.edges), dtype=float) if callable(given) else None
             rows = self.scheme.background(self.parts, flow, aux, at_faces)
             fields = {"q": tuple(flow), "aux": tuple(np.concatenate([aux, rows]))}
             net = Runner(self.parts, self.plan, {self.cells}).run(fields, self.cells, 0.0)["net"]
