@@ -135,3 +135,27 @@ def test_values_outside_of_the_range_name_cell_and_place():
         problem(gr.Manning([0.1, 0.1, 0.1]))
     with pytest.raises(TypeError, match=r"`nu` must be a number, got 'steep'"):
         gr.CoulombFriction("steep")
+
+
+@pytest.mark.parametrize("n", [0.05, lambda x: 0.05 + 0.0 * x, lambda x, t: 0.025 * t + 0.0 * x], ids=["number", "of x", "of x and t"])
+def test_rates_of_the_scheme_have_friction_that_acts_with_the_transport(n):
+    """dq/dt of a uniform flow is the friction alone, at the time that is asked for."""
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 10), np.array([[1.0] * 10, [2.0] * 10]), 1.0, boundary=fv.Periodic(),
+                         sources=gr.Manning(n))
+    np.testing.assert_allclose(fv.rhs(problem, SCHEME)(2.0, problem.q0), [[0.0] * 10, [-G * 0.05**2 * 4.0] * 10], rtol=1e-12)
+
+
+def test_a_background_and_friction_that_varies_serve_together(backend):
+    """The rows of friction stand between those of the model and those of the background: a field that is constant is a number."""
+    def flow(x):
+        return [np.ones_like(x), np.full_like(x, 0.5)]
+
+    def wave(x):
+        return [1.0 + 0.1 * np.exp(-(x - 5.0) ** 2), np.full_like(x, 0.5)]
+
+    runs = []
+    for n in (0.03, lambda x: 0.03 + 0.0 * x):
+        problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 60), wave,
+                             0.2, {"b": lambda x: 0.1 * np.sin(x)}, sources=gr.Manning(n), background=flow)
+        runs.append(fv.solve(problem, SCHEME, backend=backend).q[-1])
+    np.testing.assert_allclose(*runs, rtol=1e-12)
