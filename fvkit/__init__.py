@@ -29,7 +29,7 @@ from fvkit.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusanov
 from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
 from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
 from fvkit.solve import rhs, solve
-from fvkit.sources import Godunov, Source, Splitting, Strang
+from fvkit.sources import Forcing, Godunov, Source, Splitting, Strang
 from fvkit.stepper import Stepper
 from fvkit.stopping import Stop, StopAtRest
 from fvkit.storage import load
@@ -56,6 +56,7 @@ __all__ = [
     "Checkpoint",
     "Convergence",
     "Extremes",
+    "Forcing",
     "Gauge",
     "Godunov",
     "Grid",

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import _validate, answers, contract
+from fvkit import _validate, answers, contract, fields
 from fvkit.cautions import cautioned, says_nothing_of_the_matrix
-from fvkit.deviation import adding_up, scanning
+from fvkit.deviation import adding_up, given_more, scanning
 from fvkit.problem import Problem
 from fvkit.schemes import Parts, Scheme, WavePropagation
 
@@ -28,7 +28,17 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
 
 
 def parts_of(problem: Problem, scheme: Scheme) -> Parts:
-    """Return the parts of a scheme for a problem: a scalar law that is not convex around its initial state scans its speeds."""
+    """Return the parts of a scheme for a problem, whose sources know where their `fields` stand."""
+    parts, found = _parts_for_model(problem, scheme), problem.fields
+    if not found:
+        return parts
+    rows = [f"{field.alias} of source {field.position}" for field in found for _ in range(field.size)]
+    sources = fields.on_grid(parts.sources, found, len(problem.model.aux))
+    return parts._replace(model=given_more(parts.model, rows), sources=sources)
+
+
+def _parts_for_model(problem: Problem, scheme: Scheme) -> Parts:
+    """Return the parts of a scheme: a scalar law that is not convex around its initial state scans its speeds."""
     parts = scheme.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
     if not problem.model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
         return parts._replace(model=adding_up(parts.model, parts.riemann.total))

@@ -21,7 +21,7 @@ from fvkit.stepper import Stepper
 from fvkit.stopping import Stop
 
 #: What the first entry of a file says it is.
-FORMAT = "fvkit checkpoint 2"
+FORMAT = "fvkit checkpoint 3"
 
 
 def _path(value: Any) -> Path:

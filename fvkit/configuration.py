@@ -16,6 +16,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.citation import CITATION
 from fvkit.deviation import deviation
+from fvkit.fields import on_grid
 from fvkit.grid import Grid
 from fvkit.integrators import Integrator
 from fvkit.part import Part
@@ -173,7 +174,7 @@ def _known() -> Iterator[type]:
         if kind not in seen:
             seen.add(kind)
             waiting += kind.__subclasses__()
-            if kind.__module__ != deviation.__module__:
+            if kind.__module__ not in (deviation.__module__, on_grid.__module__):
                 yield kind
 
 

@@ -4,7 +4,8 @@ A scheme that works face by face keeps a state where all of these vanish. So it 
 and resolves what is added to it. Derived here.
 """
 
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -37,6 +38,11 @@ def adding_up(model: Model, total: Callable[..., Any]) -> Model:
     return _as(AddingUp, model)
 
 
+def given_more(model: Model, more: Sequence[str]) -> Model:
+    """Return a model with further aux values behind its own, of which its own methods see nothing: those are for sources."""
+    return _as(_given_more(type(model), tuple(more)), model)
+
+
 def _as(kind: type[Model], model: Model) -> Model:
     """Return a model with the same fields, of another class."""
     result: Model = object.__new__(kind)
@@ -54,6 +60,32 @@ def _scanning(kind: type[Model]) -> type[Model]:
 
     Scanning.__name__, Scanning.__qualname__ = kind.__name__, kind.__qualname__
     return Scanning
+
+
+#: Which arguments of the methods of a model hold aux values.
+_AUX_OF = {"flux": (1,), "wave_speeds": (1,), "speeds_between": (2, 3), "lift": (1,), "cell_integral": (3,), "jump": (2, 3),
+           "balanced_difference": (2, 3), "decompose": (2, 3), "relaxation": (2, 3), "matrix_product": (2, 3), "cross": (2, 3)}
+
+
+@lru_cache(maxsize=64)
+def _given_more(kind: Any, more: tuple[str, ...]) -> type[Model]:
+    class GivenMore(kind):
+        """See `given_more`."""
+
+        aux = (*kind.aux, *more)
+
+    def cut(name: str, places: tuple[int, ...]) -> Callable[..., Any]:
+        def method(self: Any, *arguments: Any) -> Any:
+            return getattr(kind, name)(self, *[item[:len(kind.aux)] if k in places else item for k, item in enumerate(arguments)])
+
+        return method
+
+    for name, places in _AUX_OF.items():
+        if kind.defines(name) and max(places) < len(inspect.signature(getattr(kind, name)).parameters) - 1:
+            setattr(GivenMore, name, cut(name, places))
+    GivenMore.takes_aux = kind.takes_aux
+    GivenMore.__name__, GivenMore.__qualname__ = kind.__name__, kind.__qualname__
+    return GivenMore
 
 
 @lru_cache(maxsize=64)

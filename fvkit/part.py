@@ -5,6 +5,7 @@ from math import nan
 from typing import Any
 
 import attrs
+import numpy as np
 
 #: Types of the fields that pointwise code sees.
 _NUMBERS = (float, int, float | None, "float", "int", "float | None")
@@ -32,8 +33,9 @@ class Part:
         return tuple(field.name for field in fields if field.type in _NUMBERS)
 
     def parameters(self) -> tuple[float, ...]:
-        """Values of the numeric fields, in order; NaN for one that is left open (None)."""
-        return tuple(nan if value is None else float(value) for value in map(self.__getattribute__, self.parameter_names()))
+        """Values of the numeric fields, in order; NaN for one that is left open (None) or varies, see `fvkit.fields`."""
+        return tuple(float(value) if isinstance(value, (float, int, np.number)) else nan
+                     for value in map(self.__getattribute__, self.parameter_names()))
 
     @classmethod
     def defines(cls, name: str) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fvkit import _validate, answers, contract, memory
 from fvkit.boundary import BoundaryCondition, Outflow
+from fvkit.fields import Field, layout, varying_over, with_numbers
 from fvkit.grid import Grid
 from fvkit.model import Model, aux_rows
 from fvkit.quadrature import cell_averages
@@ -36,6 +37,10 @@ def source_list(sources: Any) -> tuple[Source, ...]:
     """Return the sources of one or several, checked."""
     given = tuple(sources) if isinstance(sources, (tuple, list)) else (sources,)
     return tuple(_validate.instance(source, "sources", Source, "such as gr.ConstantDrag(D=1.0)") for source in given)
+
+
+def _varying(problem: "Problem") -> str:
+    return ", ".join(f"{field.alias} of source {field.position}" for field in problem.fields) or "nothing"
 
 
 def _names(kinds: tuple[type, ...]) -> str:
@@ -73,6 +78,8 @@ class Problem:
         (num_eqn, num_cells) cell averages of the background.
     ends : tuple
         (left, right), the boundary conditions as they are at the ends of this grid.
+    fields : tuple
+        The `fvkit.fields.Field` of the sources that vary over the grid.
 
     Raises
     ------
@@ -95,6 +102,7 @@ class Problem:
     aux_averages: dict[str, np.ndarray] = attrs.field(init=False, repr=False)
     background_averages: np.ndarray | None = attrs.field(init=False, repr=False)
     ends: tuple[BoundaryCondition, BoundaryCondition] = attrs.field(init=False, repr=False)
+    fields: tuple[Field, ...] = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
         self._prepare()
@@ -123,6 +131,9 @@ class Problem:
             raise ValueError(f"`changes` may change numbers, not kinds of parts: these are {_names(self.kinds())}, got "
                              f"{_names(result.kinds())}; build a new Problem")
         result._prepare()
+        if layout(result.fields) != layout(self.fields):
+            raise ValueError(f"`changes` may change what varies over the grid, not what does: here it is {_varying(self)}, got "
+                             f"{_varying(result)}; build a new Problem")
         return result
 
     def kinds(self) -> tuple[type, ...]:
@@ -146,6 +157,7 @@ class Problem:
         object.__setattr__(self, "ends", tuple(
             _validate.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
             for side, left in zip(self.boundary, (True, False), strict=True)))
+        object.__setattr__(self, "fields", varying_over(self.grid, self.sources, len(self.model.conserved), self.t_start))
 
     def _average_aux(self) -> dict[str, np.ndarray]:
         _validate.mapping(self.aux, "aux", "{'b': function}")
@@ -217,9 +229,10 @@ class Problem:
             contract.rehearse(side, "ghost", (model, q, values), rows, count)
             if side.defines("mass_fluxes") and side.mass_fluxes(model, values):
                 contract.rehearse(side, "mass_fluxes", (model, values), len(model.mass_rows()), count)
-        for source in self.sources:
-            source.check(model)
-            contract.read(type(source), ("step", "rate"), kind)
+        for given in self.sources:
+            given.check(model)
+            contract.read(type(given), ("step", "rate"), kind)
+            source = with_numbers(given, self.fields, self.t_start)
             contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
             if source.defines("driven"):
                 contract.read(type(source), ("driven",), kind)

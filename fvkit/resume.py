@@ -100,7 +100,7 @@ def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
     """Return what `Stepper.restore` needs."""
     result = {"now": archive.numbers("now", problem.q0.shape), "real": archive.numbers("real", (4,)),
               "count": archive.numbers("count", (7,), "i"), "clock": archive.numbers("clock", ()),
-              "masses": archive.numbers("masses", (2, max(1, len(problem.model.mass_rows()))))}
+              "masses": archive.numbers("masses", (3, max(1, len(problem.model.mass_rows()))))}
     if not (np.isfinite(result["now"]).all() and np.isfinite(result["real"][0]) and result["real"][1] > 0.0):
         raise archive.refused("its state, time or step is no number")
     return result

@@ -51,8 +51,9 @@ class Stats:
     nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
     nonhyperbolic_films : those of them on both sides of which the flow is shallower than 5 cm.
     deepest_nonhyperbolic : depth of the deepest of them, m, to a micrometre; 0 for models that name no depth.
-    mass_drift : {mass: relative change that boundary fluxes do not explain}; relative to all mass where that
+    mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to all mass where that
         component starts at zero.
+    entered_by_sources : {mass: what sources such as rain brought, less what they took}, integrated over the grid.
     """
 
     steps: int
@@ -67,6 +68,7 @@ class Stats:
     mass_drift: dict[str, float]
     nonhyperbolic_films: int = 0
     deepest_nonhyperbolic: float = 0.0
+    entered_by_sources: dict[str, float] = attrs.field(factory=dict)
 
     @property
     def ns_per_cell_step(self) -> float:

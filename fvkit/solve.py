@@ -222,7 +222,6 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
     """
     chosen, parts = assemble(problem, scheme)
     kernel, model, shape = array_kernel(problem, chosen, parts), problem.model, problem.q0.shape
-    aux = tuple(problem.aux_averages[name] for name in model.aux)
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:
         state = _validate.floats(q, "q")
@@ -230,8 +229,11 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
             raise ValueError(f"`q` must have shape {shape}, or as many numbers in a row, got {state.shape}")
         state = state.reshape(shape)
         with np.errstate(all="ignore"):
+            if not kernel.steady_fields:
+                kernel.set_fields(t)
             result = kernel.rate(kernel.padded(state), t)
-            for source in problem.sources:
+            aux = tuple(kernel.aux[:len(parts.model.aux)])
+            for source in parts.sources:
                 for row, component in zip(result, source.rate(model, tuple(state), aux), strict=True):
                     row += component
         return result.reshape(np.shape(q))

@@ -12,6 +12,7 @@ from fvkit import _validate, answers
 from fvkit.assembly import assemble, parts_of
 from fvkit.backends import BACKENDS, CHUNK, Kernel, March, Outcome, backend_for, make_kernel
 from fvkit.backends.base import FILM, MICRO
+from fvkit.fields import layout
 from fvkit.model import aux_rows
 from fvkit.problem import Problem
 from fvkit.schemes import Scheme
@@ -83,6 +84,8 @@ class Stepper:
         if problem.kinds() != self.problem.kinds() or problem.background is not None or self.problem.background is not None:
             raise ValueError("`problem` must have the same kinds of model, boundaries and sources, and no background: "
                              "make a new Stepper")
+        if layout(problem.fields) != layout(self.problem.fields):
+            raise ValueError("`problem` must have sources of which the same numbers vary over the grid: make a new Stepper")
         result = copy(self)
         result.problem = problem
         parts = parts_of(problem, self.scheme)
@@ -138,7 +141,7 @@ class Stepper:
     def _first_dt(self) -> float:
         """From the speeds of the initial cells, so that the first step is as good as the others."""
         q0, speed, model = self.problem.q0, 0.0, self._asked
-        aux = aux_rows(model, self.problem.aux_averages)
+        aux = aux_rows(self.problem.model, self.problem.aux_averages)
         with np.errstate(all="ignore"):
             for first in range(0, q0.shape[1], CHUNK):
                 q, given = tuple(q0[:, first:first + CHUNK]), tuple([row[first:first + CHUNK] for row in aux])
@@ -313,10 +316,10 @@ class Stepper:
         march, kernel, grid = self._march, self._kernel, self.problem.grid
         names = [self.problem.model.conserved[row] for row in kernel.mass_rows]
         start = self.problem.q0[kernel.mass_rows].sum(axis=1) * grid.dx
-        entered = (march.masses[0] - march.masses[1])[:len(names)]
-        change = self.q[kernel.mass_rows].sum(axis=1) * grid.dx - start - entered
+        through, brought = (march.masses[0] - march.masses[1])[:len(names)], march.masses[2, :len(names)]
+        change = self.q[kernel.mass_rows].sum(axis=1) * grid.dx - start - through - brought
         scale = [mass or start.sum() or 1.0 for mass in start]
         return Stats(march.steps, march.rejected, grid.num_cells * (march.steps + march.rejected), self._seconds,
                      kernel.compile_seconds, march.max_cfl, kernel.name, 0, march.lost,
                      {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)}, march.films,
-                     march.deepest / MICRO)
+                     march.deepest / MICRO, dict(zip(names, brought.tolist(), strict=True)))

@@ -13,6 +13,7 @@ from fvkit_granular.given_flow import GivenFlow
 from fvkit_granular.inflow import Hydrograph
 from fvkit_granular.outflow import Stage, UniformSlope
 from fvkit_granular.pitman_le import PitmanLe
+from fvkit_granular.rain import Rain
 from fvkit_granular.reduced import Reduced
 from fvkit_granular.relaxation import Relaxation
 from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference", "GivenFlow", "Hydrograph",
-    "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Reduced", "Reference", "Relaxation", "Scene",
+    "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Scene",
     "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "Stage", "SteepSlopeWarning", "TwoLayer", "TwoPhase",
     "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "pictures", "scene", "scene_names",
     "scene_text", "scenes", "shapes", "steady",

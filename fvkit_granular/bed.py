@@ -112,7 +112,7 @@ def kinetic_head(step, ml, vl, mr, vr):
 
 
 def carried_over(step, hl, vl, hr, vr):
-    """Return the change of velocity, m/s, that stands at a steep step: -v^ dh/h^, at which the discharge is the same on both sides.
+    """Return the change of velocity, m/s, that stands at a steep step: -v^ dh/h^, with one discharge on both sides.
 
     Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
     from two thirds on: that is a wave.

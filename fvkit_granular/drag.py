@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 
 from fvkit import Source, maximum, minimum, where
-from fvkit._validate import within
+from fvkit.fields import number
 from fvkit_granular.bed import velocity
 from fvkit_granular.slip import decay, drag_rate, exchange, share, slip_momentum
 
@@ -244,7 +244,7 @@ class ConstantDrag(Drag):
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.5c); closed form derived here.
     """
 
-    D: float = attrs.field(converter=within(at_least=0.0, hint="drag coefficient in 1/s"))  # type: ignore[misc]
+    D: float = number(at_least=0.0, hint="drag coefficient in 1/s")
 
     def coefficient(self, model, phi, slip):
         return self.D
@@ -273,8 +273,8 @@ class VelocityDrag(Drag):
     Source: closed form derived here.
     """
 
-    d0: float = attrs.field(converter=within(at_least=0.0, hint="drag coefficient in 1/s"))  # type: ignore[misc]
-    d1: float = attrs.field(converter=within(at_least=0.0, hint="drag coefficient per slip, in 1/m"))  # type: ignore[misc]
+    d0: float = number(at_least=0.0, hint="drag coefficient in 1/s")
+    d1: float = number(at_least=0.0, hint="drag coefficient per slip, in 1/m")
 
     def coefficient(self, model, phi, slip):
         return self.d0 + self.d1 * slip
@@ -309,8 +309,8 @@ class PitmanLeDrag(Drag):
     M2AN 42 (2008) 851-885; the reading of v_T and the closed form are derived here.
     """
 
-    v_T: float = attrs.field(converter=within(above=0.0, hint="settling velocity in m/s"))  # type: ignore[misc]
-    exponent: float = attrs.field(converter=within(at_least=0.0, at_most=10.0, hint="of 1 - phi"))  # type: ignore[misc]
+    v_T: float = number(above=0.0, hint="settling velocity in m/s")
+    exponent: float = number(at_least=0.0, at_most=10.0, hint="of 1 - phi")
 
     def coefficient(self, model, phi, slip):
         # A power would not be vectorised: exp and log are.

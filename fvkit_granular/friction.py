@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 
 from fvkit import Source, maximum, minimum, where
-from fvkit._validate import within
+from fvkit.fields import number
 from fvkit.pointwise import combine
 from fvkit_granular.bed import threshold, velocity
 from fvkit_granular.slip import share
@@ -224,7 +224,7 @@ class CoulombFriction(BasalFriction):
     implicit clip remembered as common practice; the bound at faces is derived here.
     """
 
-    nu: float = attrs.field(converter=within(at_least=0.0, at_most=STEEPEST, hint=TANGENT))  # type: ignore[misc]
+    nu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
 
     def resistance(self, model, load, h, speed):
         return self.nu * load
@@ -252,8 +252,8 @@ class Voellmy(BasalFriction):
     Source: A. Voellmy, Schweizerische Bauzeitung 73 (1955), as remembered; closed form of the step derived here.
     """
 
-    mu: float = attrs.field(converter=within(at_least=0.0, at_most=STEEPEST, hint=TANGENT))  # type: ignore[misc]
-    xi: float = attrs.field(converter=within(above=0.0, hint="turbulence coefficient in m/s^2"))  # type: ignore[misc]
+    mu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
+    xi: float = number(above=0.0, hint="turbulence coefficient in m/s^2")
 
     def resistance(self, model, load, h, speed):
         return self.mu * load + model.g / self.xi / h * (speed * speed)
@@ -279,7 +279,7 @@ class Manning(BasalFriction):
     Source: R. Manning, 1891, as in every textbook of hydraulics; closed form of the step derived here.
     """
 
-    n: float = attrs.field(converter=within(at_least=0.0, hint="roughness in s/m^(1/3)"))  # type: ignore[misc]
+    n: float = number(at_least=0.0, hint="roughness in s/m^(1/3)")
 
     static: ClassVar[bool] = False
 

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver, maximum, where
+from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
 from fvkit.polynomial import exchange, product_slope, total
 from fvkit_granular.bed import (
@@ -127,6 +127,14 @@ class Reduced(Model):
         """Return what presses on the bed, per mass, of each phase, m/s^2: the grains less their buoyancy, g (1 - gamma/rho)."""
         h, mass, _ = q
         return (self.g * share(maximum(mass - self.gamma * h, 0.0), mass),)
+
+    def poured(self, q, solid, fluid):
+        """Return h, rho h after depths of solid >= 0 and fluid, m, have come in, of a negative one at most what is there."""
+        h, mass, _ = q
+        fluid = maximum(fluid, -maximum(h - mass, 0.0) / (1.0 - self.gamma))
+        volume, heavy = maximum(h + (solid + fluid), 0.0), mass + (solid + self.gamma * fluid)
+        # What is left lies between fluid and solid, which rounding forgets where all fluid goes.
+        return volume, where(fluid < 0.0, maximum(self.gamma * volume, minimum(heavy, volume)), heavy)
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)

@@ -8,7 +8,7 @@ import numpy as np
 from fvkit import RiemannSolver, maximum, minimum, where
 from fvkit_granular.bed import TINY, carried_over, wall_share
 
-#: A change of velocity stands at a step where the states beside the contact keep this share of the distance to the outer waves.
+#: A change of velocity stands at a step where both states beside the contact keep this share of the way to the outer waves.
 CLOSE = 0.2
 
 

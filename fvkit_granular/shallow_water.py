@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver, where
+from fvkit import Model, RiemannSolver, maximum, where
 from fvkit._validate import number, optional_number
 from fvkit.polynomial import product_slope, total
 from fvkit_granular.bed import (
@@ -100,6 +100,10 @@ class ShallowWater(Model):
     def basal_load(self, q):
         """Return what presses on the bed, per mass, of each phase, m/s^2: g."""
         return (self.g,)
+
+    def poured(self, q, solid, fluid):
+        """Return h after depths of solid and fluid, m, have come in, of a negative one at most what is there."""
+        return (maximum(q[0] + (solid + fluid), 0.0),)
 
     def relaxation(self, ql, qr, auxl, auxr, jump):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)

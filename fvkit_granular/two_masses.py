@@ -167,6 +167,10 @@ class TwoMasses(Model, ABC):
         """Return what presses on the bed, per mass, of each, m/s^2: g (1 - gamma), its buoyancy off, and 0 of the second."""
         return self.g * (1.0 - self.gamma), 0.0
 
+    def poured(self, q, solid, fluid):
+        """Return hs, hf after depths of the first and second mass, m, have come in, of a negative one at most what is there."""
+        return maximum(q[0] + solid, 0.0), maximum(q[2] + fluid, 0.0)
+
     def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
         """Return `margin`, and inf where a mass is absent: one alone never loses hyperbolicity, (n,)."""
         both = (q[0] > 0.0) & (q[2] > 0.0)

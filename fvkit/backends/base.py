@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
+from fvkit import fields
 from fvkit.backends.halo import Plan, plan
 from fvkit.backends.runner import Runner
 from fvkit.boundary import BoundaryCondition
@@ -64,9 +65,9 @@ class March:
     """State and counters of a run: the accepted state ``now``, the trial state ``next``, and what was counted.
 
     Everything is kept in arrays that compiled code changes in place, so that an interruption at any moment leaves the
-    last accepted step. ``masses`` holds what entered through the left end and left through the right one, a row each.
-    ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at ``lost_face`` and ``lost_time``, ``films``
-    those of them in films, and ``deepest`` is the depth of the deepest, in whole micrometres.
+    last accepted step. ``masses`` holds what entered through the left end, what left through the right one, and what sources
+    brought, a row each. ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at ``lost_face`` and
+    ``lost_time``, ``films`` those of them in films, and ``deepest`` is the depth of the deepest, in whole micrometres.
     """
 
     t = _Number("real", 0, float)
@@ -83,7 +84,7 @@ class March:
     def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False,
                  bounds: tuple[float, float] = (0.0, np.inf)) -> None:
         self._buffers = (q, q.copy())
-        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0, 0, 0]), np.zeros((2, max(masses, 1)))
+        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0, 0, 0]), np.zeros((3, max(masses, 1)))
         self.stop_when_lost, self.bounds = stop_when_lost, bounds
 
     def bounded(self, dt: float) -> float:
@@ -108,7 +109,7 @@ class March:
 
     @property
     def masses(self) -> np.ndarray:
-        """What passed both ends, (2, masses)."""
+        """What passed both ends, and what sources brought, (3, masses)."""
         return self.books[2]
 
     @property
@@ -122,7 +123,7 @@ class March:
         return self._buffers[1 - self.count[4] % 2]
 
     def accept(self, t: float, dt: float, cfl: float, rejected: int, passed: np.ndarray) -> None:
-        """Make the trial state the accepted one, at time t; dt is the next step, ``passed`` the masses through both ends.
+        """Make the trial state the accepted one, at time t; dt is the next step, ``passed`` what it adds to ``masses``.
 
         It happens in one assignment, so that Ctrl-C finds a step whole or not at all.
         """
@@ -142,7 +143,8 @@ class Kernel(ABC):
     """Abstract backend: runs the stages of one scheme for one problem. Contract:
 
     1. States are padded arrays (num_eqn, halo + num_cells + halo), made by `padded`; a kernel owns none. ``aux`` holds the
-       given functions on the cells of the grid, not copied if there is one; ``aux_edges`` those of the ghost cells.
+       given functions on the cells of the grid, not copied if there is one, and behind them the fields of sources,
+       see `set_fields`; ``aux_edges`` those of the ghost cells.
     2. `advance` takes accepted steps only: a step above the scheme's largest Courant number, or with a state that is
        not finite or has a negative mass, leaves ``march.now`` and ``march.t`` untouched.
     3. Ghost cells are filled before the transport of a step; sources act on the cells of the grid alone.
@@ -163,6 +165,8 @@ class Kernel(ABC):
         rows = aux_rows(problem.model, problem.aux_averages)
         self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
         self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
+        if problem.fields:
+            self._stand_behind(fields.averages(problem.fields, problem.t_start))
         self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
         self._layers = np.arange(self.halo, 0, -1.0), np.arange(1.0, self.halo + 1.0)
         self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
@@ -197,13 +201,29 @@ class Kernel(ABC):
             for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), side.layer(values, numbers)), strict=True):
                 row[ghosts] = component
 
+    def _stand_behind(self, rows: np.ndarray) -> None:
+        """Put rows behind the given functions; ghost cells get those of the cells they look at."""
+        self.aux = np.concatenate([self.aux, rows])
+        self.aux_edges = np.concatenate([self.aux_edges, rows[:, self._seen_by_ghosts()]])
+
+    def _seen_by_ghosts(self) -> list[int]:
+        """The cells of the grid that all ghost cells look at, from left to right."""
+        return [cell for ghosts, seen in self.ghosts for cell in _within(seen, self.halo, len(ghosts))]
+
+    def set_fields(self, t: float) -> None:
+        """Set what sources have as fields over the grid to time t."""
+        rows, first = fields.averages(self.problem.fields, t), len(self.problem.model.aux)
+        here = slice(first, first + len(rows))
+        self.aux[here], self.aux_edges[here] = rows, rows[:, self._seen_by_ghosts()]
+
     def _add_background(self, averages: np.ndarray) -> None:
         """Put what the scheme wants to know of the background behind the given functions."""
         problem, halo = self.problem, self.halo
         flow, aux = self.padded(averages), self.padded_aux()
         with np.errstate(all="ignore"):
             self.fill_ghosts(flow, problem.t_start)
-            at_faces = problem.background(problem.grid.edges) if callable(problem.background) else None
+            given = problem.background
+            at_faces = np.asarray(given(problem.grid.edges), dtype=float) if callable(given) else None
             rows = self.scheme.background(self.parts, flow, aux, at_faces)
             fields = {"q": tuple(flow), "aux": tuple(np.concatenate([aux, rows]))}
             net = Runner(self.parts, self.plan, {self.cells}).run(fields, self.cells, 0.0)["net"]
@@ -238,6 +258,16 @@ class Kernel(ABC):
     def steady_boundary(self) -> bool:
         """Whether `ghost_values` is the same at all times."""
         return all(side.steady for side in self.problem.ends)
+
+    @property
+    def steady(self) -> bool:
+        """Whether all steps are alike: neither boundary conditions nor sources depend on time."""
+        return self.steady_boundary and self.steady_fields
+
+    @property
+    def steady_fields(self) -> bool:
+        """Whether the fields of sources are the same at all times."""
+        return all(field.steady for field in self.problem.fields)
 
     @abstractmethod
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:

@@ -10,6 +10,7 @@ lanes = min(n, TILE) + EXTRA
 for j in range(lanes):
     smx[j] = 0.0
 bad = 0
+ends[2, :] = 0.0
 for k in range(begin, end):
     c0 = k * TILE
     nt = min(TILE, n - c0)
@@ -17,7 +18,7 @@ for k in range(begin, end):
     bad = bad | tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
     if k == 0:
         flux[0, :] = ends[0, :]
-flux[1, :] = ends[1, :]
+flux[1:, :] = ends[1:, :]
 while lanes > 8:
     half = (lanes + 1) // 2
     for j in range(lanes - half):
@@ -95,6 +96,7 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, 
         for k in range(masses.shape[1]):
             masses[0, k] += h * flux[0, k]
             masses[1, k] += h * flux[1, k]
+            masses[2, k] += dx * flux[2, k]
         t = target if last else t + h
         count[0] += 1
         taken += 1
@@ -126,7 +128,7 @@ for row in range(q.shape[0]):
 if before > 0.0:
     for k in range(end):
         c0 = k * TILE
-        opening(regs[0], aux, c0, min(TILE, n - c0), before, after, par)
+        opening(regs[0], aux, c0, min(TILE, n - c0), before, after, par, flux)
 for s in range(sweeps.shape[0]):
     state = regs[sweeps[s, 1]]
     rate = regs[sweeps[s, 2]]
@@ -168,7 +170,7 @@ for j in range(lanes):
 state = regs[last_register]
 for k in range(end):
     c0 = k * TILE
-    bad = bad | finish(state, aux, c0, min(TILE, n - c0), before, after, par)
+    bad = bad | finish(state, aux, c0, min(TILE, n - c0), before, after, par, flux)
 for row in range(out.shape[0]):
     for j in range(GHOSTS, GHOSTS + n):
         out[row, j] = state[row, j]

@@ -16,11 +16,23 @@ class Ends(Writer):
             q = source.step(self.parts.model, q, aux, dt)
         return q
 
-    def finished(self, q: Any, aux: Any) -> Any:
-        """Symbols of a state after the sources of the last share of the step, settled."""
-        if self.scheme.splitting.after > 0.0:
-            q = self.act(q, aux, self.after, self.parts.beside[::-1])
-        return self.parts.model.settle(q) if self.problem.model.defines("settle") else q
+    def brought(self, before: Any, after: Any) -> list[tuple[int, Any]]:
+        """What sources make of masses between two states, and the number of each mass; none of those they hand on."""
+        return [(k, after[row] - before[row])
+                for k, row in enumerate(self.problem.model.mass_rows()) if after[row] is not before[row]]
+
+    def count_brought(self, rows: list[tuple[int, Row]]) -> None:
+        """Add rows of what sources bring up in ``ends``, in loops of their own: sums in order are not vectorised."""
+        for k, row in rows:
+            self.emit("total = 0.0")
+            self.emit("for j in range(nt):")
+            self.emit(f"total += {row.at(0)}", 2)
+            self.emit(f"ends[2, {k}] += total")
+
+    def finished(self, q: Any, aux: Any) -> tuple[Any, list[tuple[int, Any]]]:
+        """Symbols of a state after the sources of the last share of the step, settled, and what they bring, see `brought`."""
+        after = self.act(q, aux, self.after, self.parts.beside[::-1]) if self.scheme.splitting.after > 0.0 else q
+        return self.parts.model.settle(after) if self.problem.model.defines("settle") else after, self.brought(q, after)
 
     def good(self, q: Any) -> Any:
         """Symbol of whether a state may be accepted."""
@@ -45,15 +57,19 @@ class Ends(Writer):
             self.emit("for j in range(nt):")
             if name == "opening":
                 new = self.act(state, aux, self.before, self.parts.beside)
-                names = self.assign(list(new), 2, fixed=True)
+                brought = self.brought(state, new)
             else:
-                new = self.finished(state, aux)
-                *names, good = self.assign([*new, self.good(new)], 2, fixed=True)
-                self.emit(f"bad = bad | (1 - {good})", 2)
-            for k, value in enumerate(names):
+                new, brought = self.finished(state, aux)
+            lines = [(f"flux[2, {k}] += {{}}", change) for k, change in brought]
+            if name == "finish":
+                lines.append(("bad = bad | (1 - {})", self.good(new)))
+            names = self.assign([*new, *(value for _, value in lines)], 2, fixed=True)
+            for (line, _), value in zip(lines, names[len(new):], strict=True):
+                self.emit(line.format(value), 2)
+            for k, value in enumerate(names[:len(new)]):
                 self.emit(f"q[{k}, c0 + {halo} + j] = {value}", 2)
             self.emit("return bad")
-            text += [f"def {name}(q, aux, c0, nt, before, after, par):", *self.lines, "", ""]
+            text += [f"def {name}(q, aux, c0, nt, before, after, par, flux):", *self.lines, "", ""]
             self.lines = []
         return text
 

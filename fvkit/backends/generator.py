@@ -120,8 +120,12 @@ class Generator(Ends):
         if self.opens:  # ghost cells have been filled from cells on which the sources have acted
             q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.beside)
+            brought = self.brought(q, state)
+            counted = [(k, self.new_row(-halo)) for k, _ in brought]
+            changes = [(row, change) for (_, row), (_, change) in zip(counted, brought, strict=True)]
             self.emit(f"for j in range(max({halo} - c0, 0), min({width}, n + {halo} - c0)):")
-            self.compute(list(zip(self.fields["q"], state, strict=True)), -halo, [], 2)
+            self.compute([*zip(self.fields["q"], state, strict=True), *changes], -halo, [], 2)
+            self.count_brought(counted)
 
     def copy(self, source: str, count: str, row: Row, first: str) -> None:
         """Copy ``count`` numbers, none if it is negative, into a row from its entry ``first`` on."""
@@ -211,16 +215,20 @@ class Generator(Ends):
         """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""
         (low, _), stages = group
         own = self.run(stages, low)
+        extra: list[tuple[str, Any]] = []
+        brought: list[tuple[int, Any]] = []
         self.emit("bad = 0")
         if self.staged:
-            new, extra = tuple(-1.0 * net for net in own["net"]), []
+            new = tuple(-1.0 * net for net in own["net"])
         else:
             q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
             moved = own.get("new") or tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
-            new = self.finished(moved, aux)
-            extra = [("bad = bad | (1 - {})", self.good(new))]
-        rows = tuple(self.new_row(0) for _ in new)
-        self.loop("nt", list(zip(rows, new, strict=True)), 0, extra)
+            new, brought = self.finished(moved, aux)
+            extra.append(("bad = bad | (1 - {})", self.good(new)))
+        rows, counted = tuple(self.new_row(0) for _ in new), [(k, self.new_row(0)) for k, _ in brought]
+        changes = [(row, change) for (_, row), (_, change) in zip(counted, brought, strict=True)]
+        self.loop("nt", [*zip(rows, new, strict=True), *changes], 0, extra)
+        self.count_brought(counted)
         for k, row in enumerate(rows):
             self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
             self.emit("for j in range(nt):")

@@ -79,8 +79,12 @@ class NumbaKernel(Kernel):
         return result
 
     def _varies(self) -> list[bool]:
-        """Which given functions are not zero everywhere."""
-        return [bool(row.any() or edges.any()) for row, edges in zip(self.aux, self.aux_edges, strict=True)]
+        """Which given functions are not zero everywhere, at all times."""
+        first = len(self.problem.model.aux)
+        moving = [False] * first + [not field.steady for field in self.problem.fields for _ in range(field.size)]
+        moving += [False] * (len(self.aux) - len(moving))
+        return [bool(moves or row.any() or edges.any())
+                for moves, row, edges in zip(moving, self.aux, self.aux_edges, strict=True)]
 
     def _prepare(self, problem: Problem, parts: Parts) -> None:
         """Lay out the numbers that compiled code takes."""
@@ -91,8 +95,11 @@ class NumbaKernel(Kernel):
         self._steady = self.boundary_values(problem.t_start)
 
     def scratch(self) -> tuple[np.ndarray, ...]:
-        """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces."""
-        row, ends = TILE + SPARE, (2, max(len(self.mass_rows), 1))
+        """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces.
+
+        Behind those fluxes stands what sources bring of each mass, summed over the cells.
+        """
+        row, ends = TILE + SPARE, (3, max(len(self.mass_rows), 1))
         return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64)
 
     def boundary_values(self, *times: float) -> np.ndarray:
@@ -104,7 +111,7 @@ class NumbaKernel(Kernel):
         return result
 
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
-        if self.steady_boundary:
+        if self.steady:
             return self._advance(march, target, max_steps, march.retries, self._steady)
         for _ in range(max_steps):
             outcome = self._step(march, target)
@@ -113,10 +120,12 @@ class NumbaKernel(Kernel):
         return Outcome.PAUSED
 
     def _step(self, march: March, target: float) -> Outcome:
-        """One accepted step; the boundaries are asked again for each length that is tried."""
+        """One accepted step; boundaries and fields of sources are asked again for each length that is tried."""
         outcome = Outcome.NO_STEP
         for _ in range(march.retries):
             dt, _ = step_length(march.t, march.dt, target)
+            if not self.steady_fields:
+                self.set_fields(march.t + 0.5 * dt)
             outcome = self._advance(march, target, 1, 1, self.boundary_values(*self.times(march.t, dt)))
             if outcome is not Outcome.NO_STEP:
                 break

@@ -32,19 +32,25 @@ class NumpyKernel(StepwiseKernel):
 
     def trial(self, march: March, dt: float) -> Trial:
         splitting, q, new = self.scheme.splitting, march.now, march.next
-        start = q
+        start, brought = q, np.zeros(max(len(self.mass_rows), 1))
+        if not self.steady_fields:
+            self.set_fields(march.t + 0.5 * dt)
         for source in self.parts.beside if splitting.before > 0.0 else ():
-            self._act(source, start, self._work, splitting.before * dt)
+            self._act(source, start, self._work, splitting.before * dt, brought)
             start = self._work
         self.fill_ghosts(start, march.t + 0.5 * dt)
         speed, flux, lost, lost_face = self._transport(start, new, march.t, dt)
         for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
-            self._act(source, new, new, splitting.after * dt)
+            self._act(source, new, new, splitting.after * dt, brought)
         if self.problem.model.defines("settle"):
             inside = self.inside(new)
             for row, component in zip(inside, self.problem.model.settle(tuple(inside)), strict=True):
                 row[:] = component
-        return Trial(speed, self._good(new), flux, lost, lost_face)
+        return Trial(speed, self._good(new), flux, brought, lost, lost_face)
+
+    def set_fields(self, t: float) -> None:
+        super().set_fields(t)
+        self._aux[:] = self.padded_aux()
 
     def _good(self, padded: np.ndarray) -> bool:
         """Whether a state is finite, without negative masses, and admissible. Its ghost cells are those of an earlier one."""
@@ -110,11 +116,16 @@ class NumpyKernel(StepwiseKernel):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
-    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float) -> None:
-        """Write into the cells of ``out`` those of the padded state q after the source's pointwise step."""
+    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float, brought: np.ndarray) -> None:
+        """Write into the cells of ``out`` those of the padded state q after the source's pointwise step, and add what it
+        makes of each mass to ``brought``."""
         for start, n in self._chunks:
             here = slice(self.halo + start, self.halo + start + n)
-            result = source.step(self.problem.model, tuple(q[:, here]), tuple(self._aux[:, here]), dt)
+            state = tuple(q[:, here])
+            result = source.step(self.problem.model, state, tuple(self._aux[:, here]), dt)
+            for k, row in enumerate(self.mass_rows):
+                if result[row] is not state[row]:
+                    brought[k] += np.add.reduce(result[row] - state[row])
             for row, component in zip(out, result, strict=True):
                 row[here] = component
 

@@ -32,12 +32,14 @@ class Trial(NamedTuple):
     max_speed : largest speed at any face, NaN if any is.
     good : whether the new state is finite, without negative masses, and admissible.
     flux : (2, masses) mass fluxes through both ends.
+    brought : (masses,) what sources have added to each mass, summed over the cells.
     lost, lost_face : faces that lost hyperbolicity, and the first of them.
     """
 
     max_speed: float
     good: bool
     flux: np.ndarray
+    brought: np.ndarray
     lost: Lost
     lost_face: int
 
@@ -71,7 +73,7 @@ class StepwiseKernel(Kernel):
                 break
             rejected += 1
             dt, last = dt * max(scheme.cfl / cfl, SHORTEST), False
-            if not self.steady_boundary:
+            if not self.steady:
                 dt, last = step_length(t, dt, target)
         if outcome is not Outcome.PAUSED:
             march.refuse(dt, rejected)
@@ -86,5 +88,6 @@ class StepwiseKernel(Kernel):
                 march.refuse(dt, rejected)
                 return Outcome.LOST_HYPERBOLICITY
         following = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
-        march.accept(target if last else t + dt, march.bounded(following), cfl, rejected, dt * report.flux)
+        passed = np.concatenate([dt * report.flux, dx * report.brought[None]])
+        march.accept(target if last else t + dt, march.bounded(following), cfl, rejected, passed)
         return Outcome.PAUSED

@@ -46,6 +46,8 @@ class ThreadedKernel(StepwiseKernel):
 
     def trial(self, march: March, dt: float) -> Trial:
         kernel, splitting = self._kernel, self.scheme.splitting
+        if not self.steady_fields:
+            self.set_fields(march.t + 0.5 * dt)
         values = kernel.boundary_values(*kernel.times(march.t, dt))
         kernel.module.ghosts(march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
         common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
@@ -56,6 +58,7 @@ class ThreadedKernel(StepwiseKernel):
         speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)
         found = [scratch[4] for _, _, scratch in self._shares]
         firsts = [int(item[1]) for item in found if item[1] >= 0]
-        flux = np.array([self._shares[0][2][3][0], self._shares[-1][2][3][1]])
+        fluxes = [scratch[3] for _, _, scratch in self._shares]
+        brought = np.add.reduce([flux[2] for flux in fluxes])
         lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
-        return Trial(speed, not bad, flux, lost, min(firsts, default=-1))
+        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought, lost, min(firsts, default=-1))

@@ -36,7 +36,7 @@ class Parts(NamedTuple):
     def beside(self) -> tuple[Source, ...]:
         """The other sources, which alternate with the transport as the splitting of the scheme says."""
         joint = self.joint
-        return tuple(source for source in self.sources if source not in joint)
+        return tuple(source for source in self.sources if not any(source is other for other in joint))
 
 
 class Read(NamedTuple):

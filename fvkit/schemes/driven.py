@@ -30,15 +30,17 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     limit = type(ratio) is float and ratio == 0.0
     if limit:
         joint, ratio = tuple([source for source in joint if source.static]), SHORT
-    if not joint:
+    if not parts.joint:
         return whole, whole, ()
     model, phases = parts.model, parts.model.phases
     before, speeds = on_face(model, ql, qr, auxl, auxr)
+    bearing = tuple([before[masses[-1]] for masses, _ in phases])
+    if not joint:
+        return whole, whole, bearing
     after, result = list(before), list(whole)
     for (masses, momentum), v in zip(phases, speeds, strict=True):
         after[momentum] = before[momentum] - ratio * (whole[momentum] - v * whole[masses[-1]])
     aux = tuple([0.5 * (left + right) for left, right in zip(auxl, auxr, strict=True)])
-    bearing = tuple([before[masses[-1]] for masses, _ in phases])
     end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
     low, high = wave_speeds(model, before, aux)

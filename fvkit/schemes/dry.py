@@ -167,7 +167,7 @@ def velocities(model, q):
 def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     """Return, for each phase, the share of the scheme's own solver at a face, 0 next to dry ground.
 
-    ``relaxed`` is the other solver's part. A phase that is rare loses its own rows alone: the rest of the flow does not notice it.
+    ``relaxed`` is the part of the other solver. A phase that is rare loses its own rows alone: the rest of the flow goes on.
     """
     model, rows = parts.model, carriers(parts.model)
     total = sum(ql[row] + qr[row] for row in rows)

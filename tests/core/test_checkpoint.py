@@ -159,9 +159,9 @@ def test_the_failure_names_the_checkpoint(path):
 
 def test_a_checkpoint_is_no_solution_and_the_other_way_round(path, tmp_path):
     whole = solve(avalanche(), times=TIMES, checkpoint=fv.Checkpoint(path))
-    with pytest.raises(ValueError, match=r"it is no 'fvkit solution 1' but 'fvkit checkpoint 2': fv.resume continues it"):
+    with pytest.raises(ValueError, match=r"it is no 'fvkit solution 1' but 'fvkit checkpoint 3': fv.resume continues it"):
         fv.load(path)
-    with pytest.raises(ValueError, match=r"it is no 'fvkit checkpoint 2' but 'fvkit solution 1': fv.load reads it"):
+    with pytest.raises(ValueError, match=r"it is no 'fvkit checkpoint 3' but 'fvkit solution 1': fv.load reads it"):
         fv.resume(whole.save(tmp_path / "other.npz"))
 
 
