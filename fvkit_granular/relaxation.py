@@ -55,8 +55,8 @@ def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
         s1 = vl - Al,  s3 = vr + Ar,  hl* = cl/(vl* - s1),  hr* = cr/(s3 - vr*).
 
     The extra terms keep v* between s1 and s3 for any data, so both depths stay positive. Towards a wall v* is reduced by its
-    share, and what is left of the jump belongs to the lower side. All denominators
-    are kept from 0, and d is 0 where it would bring v* near s1 or s3; a phase that is absent on both sides has no waves and no speeds.
+    share, and what is left of the jump belongs to the lower side; d is 0 where it would bring v* near s1 or s3. All denominators
+    are kept from 0; a phase that is absent on both sides has no waves and no speeds.
     """
     stands = carried_over(step, hl, vl, hr, vr)
     wall, towards = wall_share(step, vl, vr, g)

@@ -171,7 +171,7 @@ def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     """
     model, rows = parts.model, carriers(parts.model)
     total = sum(ql[row] + qr[row] for row in rows)
-    parted = partings(model, ql, qr) if parts.reconstruction is not None else ()
+    parted = partings(model, ql, qr, auxl, auxr) if parts.reconstruction is not None else ()
     owns, rare, common = [], [], 1.0
     for k, ((masses, _), (smaller, larger)) in enumerate(zip(model.phases, contrasts(parts, ql, qr, auxl, auxr), strict=True)):
         own = DRIER * smaller / (larger + TINY) - 1.0
