@@ -133,7 +133,7 @@ def beyond(end, model, q, values):
 class Outflow(Continued):
     """The flow goes on as in the last cell: a lake at its level, a river at its depth, in models that tell one from the other.
 
-    Where the ground falls outwards it goes on falling; where it rises it goes on level, so that nothing runs in from above.
+    Where the ground falls outwards it goes on falling; where it rises it goes on level, so that no river runs in from above.
     Keeps rest over any bottom; reflects a little when a shock leaves.
     """
 
