@@ -73,6 +73,16 @@ class Ends(Writer):
             self.lines = []
         return text
 
+    def extend(self) -> list[str]:
+        """Text of ``extend``: the ghost cells of open ends get the state of the last cell, for sweeps of implicit sources."""
+        halo = self.plan.halo
+        text = ["def extend(q, n):", "    for k in range(q.shape[0]):", f"        for j in range({halo}):"]
+        for side, part in enumerate(self.boundary):
+            if part.reads == "nearest":
+                ghost, cell = ("j", f"{halo}") if side == 0 else (f"n + {halo} + j", f"n + {halo - 1}")
+                text.append(f"            q[k, {ghost}] = q[k, {cell}]")
+        return [*text, "            pass", "    return"]
+
     def set_mass_fluxes(self) -> None:
         """Let pass an end of the grid what its boundary condition says."""
         rows = self.fields.get("carried", ())

@@ -250,7 +250,7 @@ def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_
     generator = Generator(problem, scheme, parts, plan, varies)
     pieces, blocks, rows = [_located(generator.tile), _located(generator.ghosts)], generator.blocks, generator.rows
     if generator.staged:
-        pieces.append(_located(generator.ends))
+        pieces += [_located(generator.ends), generator.extend()]
         if source_plan is not None:
             implicit = Generator(problem, scheme, parts, source_plan, varies, prefix="source_")
             pieces.append(_located(implicit.tile))

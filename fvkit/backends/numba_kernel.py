@@ -27,7 +27,7 @@ from fvkit.schemes.base import Parts, Scheme
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 #: The functions that a module may have, callees first.
-FUNCTIONS = ("tile", "source_tile", "ghosts", "opening", "finish", "add_up", "tiles", "advance")
+FUNCTIONS = ("tile", "source_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance")
 
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0

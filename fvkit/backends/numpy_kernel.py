@@ -167,6 +167,7 @@ class StagedNumpyKernel(NumpyKernel):
             state, rate = registers[sweep.state], registers[sweep.rate]
             self.fill_ghosts(state, t + sweep.time * dt)
             if sweep.implicit:
+                self._extend(state)
                 self._source_rate(state, rate, sweep.share * dt)
             else:
                 found = self._sweep(state, rate, sweep.share * units[TRANSPORT], "net",
@@ -182,6 +183,12 @@ class StagedNumpyKernel(NumpyKernel):
                 self._sum(sweep.terms, registers[sweep.target], units)
         self.inside(out)[:] = self.inside(registers[self._program.last])
         return (speed, flux, *lost)
+
+    def _extend(self, q: np.ndarray) -> None:
+        """Let the ghost cells of open ends have the state of the last cell: no end could give that of a stage."""
+        for side, (ghosts, seen) in zip(self.problem.ends, self._slices, strict=True):
+            if side.reads == "nearest":
+                q[:, ghosts] = q[:, seen]
 
     def _source_rate(self, q: np.ndarray, out: np.ndarray, implicit: float) -> None:
         """Write the mean rate of the implicit sources; 0 where there are none."""
