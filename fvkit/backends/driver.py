@@ -134,10 +134,9 @@ for s in range(sweeps.shape[0]):
     rate = regs[sweeps[s, 2]]
     into = sweeps[s, 3]
     given = values[2 * s:2 * s + 2]
+    ghosts(state, aux, n, before, par, given)
     if sweeps[s, 0] == 1:
         extend(state, n)
-    else:
-        ghosts(state, aux, n, before, par, given)
     found[:] = 0
     found[1] = -1
     for k in range(end):
