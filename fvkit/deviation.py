@@ -102,6 +102,10 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
             auxl, auxr, flowl, flowr = split(auxl, auxr)
             return subtract(kind.jump(self, ql, qr, auxl, auxr), kind.jump(self, flowl, flowr, auxl, auxr))
 
+        def difference(self, ql, qr, auxl, auxr):
+            _, _, flowl, flowr = split(auxl, auxr)
+            return subtract(subtract(qr, ql), subtract(flowr, flowl))
+
         def balanced_difference(self, ql, qr, auxl, auxr):
             auxl, auxr, flowl, flowr = split(auxl, auxr)
             return subtract(kind.balanced_difference(self, ql, qr, auxl, auxr),

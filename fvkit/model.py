@@ -84,6 +84,11 @@ class Model(Part, ABC):
         return subtract(answers.flux(self, qr, auxr), answers.flux(self, ql, auxl))
 
     @default
+    def difference(self, ql, qr, auxl, auxr):
+        """Return qr - ql; of a model that is seen from a known flow, less that of the flow."""
+        return subtract(qr, ql)
+
+    @default
     def balanced_difference(self, ql, qr, auxl, auxr):
         """Return the part of qr - ql that is not equilibrium: what a viscosity may act on."""
         return subtract(qr, ql)

@@ -159,9 +159,9 @@ def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
         (differ and uneven > UNEVEN, f"a bottom that varies by more than {UNEVEN:g} of the mean depth"),
         (differ and numbers.froude > FAST, f"a flow that starts with a Froude number above {FAST:g}"),
         (differ and not LIGHT <= scene.gamma <= HEAVY, f"a density ratio gamma outside {LIGHT:g} to {HEAVY:g}"),
-        (is_steep(slope), f"{sentence(slope)}, which no model and no grid removes"),
     ]
-    rougher = [(bool(friction), "friction at the bed: shallow water has no buoyancy, and predictions are rougher "
+    rougher = [(is_steep(slope), f"{sentence(slope)}, which no model and no grid removes"),
+               (bool(friction), "friction at the bed: shallow water has no buoyancy, and predictions are rougher "
                                 "(docs/model_choice.md)")]
     first = tuple(text for holds, text in beyond if holds)
     return first, tuple(text for holds, text in rougher if holds and not any(known.startswith("friction") for known in first))

@@ -47,7 +47,7 @@ def sound_speeds(hl, hr, step, g):
 def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
     """Return the speeds of a phase, s1, v*, s3, its states beside the contact, (h*, v*) of both sides, and cl, cr.
 
-    With push P, the part of the momentum jump that is not d(h v^2), x = max(vl - vr + d, 0), and the change d of velocity that
+    With push P, the part of the momentum jump that is not d(h v^2), x = max(vl - vr + max(d, 0), 0), and the change d of velocity that
     stands at a step of the bottom (`fvkit_granular.bed.carried_over`; F its mean discharge),
 
         Al = al + 1.5 x + min(sqrt(P+/hl), P+/(hr ar)),   Ar = ar + 1.5 x + min(sqrt(P-/hr), P-/(hl al)),
@@ -60,7 +60,7 @@ def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
     """
     stands = carried_over(step, hl, vl, hr, vr)
     wall, towards = wall_share(step, vl, vr, g)
-    compression = 1.5 * maximum(vl - vr + stands, 0.0)
+    compression = 1.5 * maximum(vl - vr + maximum(stands, 0.0), 0.0)
     forward, size = push > 0.0, np.abs(push)
     from_depth, into = where(forward, hl, hr) + TINY, where(forward, hr * ar, hl * al) + TINY
     extra = minimum(np.sqrt(size / from_depth), size / into)
@@ -71,10 +71,10 @@ def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
     star, moved = (cl * vl + cr * vr - push) * inverse, (cr + 0.5 * (hl * vl + hr * vr)) * stands * inverse
     between = (star - moved > s1 + CLOSE * speedl) & (star - moved + stands < s3 - CLOSE * speedr)
     opened = where(towards, 1.0 - wall, 1.0)
-    starl = opened * minimum(maximum(where(between, star - moved, star), s1), s3)
-    starr = opened * minimum(maximum(where(between, star - moved + stands, star), s1), s3)
+    starl = minimum(maximum(opened * where(between, star - moved, star), s1), s3)
+    starr = minimum(maximum(opened * where(between, star - moved + stands, star), s1), s3)
     contact = where(starl * starr > 0.0, starl, 0.5 * (starl + starr))
-    contact = where(opened < 0.5, -TINY * np.sign(step.db), contact)
+    contact = where(opened < 0.5, minimum(maximum(-TINY * np.sign(step.db), s1), s3), contact)
     inside = hl + hr > 0.0
     return ((where(inside, s1, 0.0), where(inside, contact, 0.0), where(inside, s3, 0.0)),
             ((cl / (starl - s1 + TINY), starl), (cr / (s3 - starr + TINY), starr)), (cl, cr))

@@ -17,7 +17,7 @@ from fvkit.pointwise import TINY, combine, least, scale, subtract, where
 
 def explained(model, ql, qr, auxl, auxr, jump):
     """Return D, A^ D, and K, None where the jump is a flux difference: D explains all of it."""
-    change = subtract(qr, ql)
+    change = model.difference(ql, qr, auxl, auxr)
     if not model.defines("jump"):
         return change, jump, None
     result = list(least(change, model.balanced_difference(ql, qr, auxl, auxr)))

@@ -145,7 +145,8 @@ class ModelConformance(OnModel):
         aux = aux + rng.uniform(-0.1, 0.1, aux.shape)
 
         def on_cell(mean: np.ndarray) -> tuple[Any, Any, Any]:
-            left, right, third = mean * rng.uniform(-0.01, 0.01, (3, *mean.shape))
+            # Small: what a jump adds for the head over a step of the bottom is of third order.
+            left, right, third = mean * rng.uniform(-1e-4, 1e-4, (3, *mean.shape))
             return tuple(mean + left), tuple(mean + right), tuple(map(polynomial, mean, mean + left, mean + right, third))
 
         left, right, inside = on_cell(q)
