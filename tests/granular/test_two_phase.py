@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import fvkit as fv
@@ -403,6 +403,8 @@ def test_the_momentum_of_every_wave_is_its_mass_times_its_speed(left, right, gam
     model = gr.TwoPhase(G, gamma)
     ql, qr = model.conserved_from(*left)[:, None], model.conserved_from(*right)[:, None]
     _, waves, speeds = decomposed(model, ql, qr, np.zeros(1), np.zeros(1))
+    masses = (ql + qr)[[0, 2], 0]
+    assume(masses.min() > 1e-4 * masses.sum())  # a phase that is all but absent moves with the other
     if model.hyperbolic_discriminant(tuple(ql), tuple(qr))[0] < 1e-6:
         waves, speeds = waves[[0, 3]], speeds[[0, 3]]
     size = np.abs(waves).max() * (1.0 + np.abs(speeds).max())

@@ -44,6 +44,13 @@ NO_NUMBERS = ("1", "", b"1", True, np.True_, 1j, np.complex128(1.0), [1.0, 2.0],
 NOT_FINITE = (np.nan, np.inf, -np.inf, np.float32("nan"), HUGE, -HUGE, np.array(np.nan))
 
 
+def _is_row(value):
+    """Whether a value is a row of real numbers."""
+    if isinstance(value, list):
+        return all(isinstance(item, float) for item in value)
+    return isinstance(value, Series) or (isinstance(value, np.ndarray) and value.ndim == 1)
+
+
 def typed(*values):
     """Pair wrong types with TypeError."""
     return [(value, TypeError) for value in values]
@@ -55,6 +62,8 @@ def valued(*values):
 
 
 NUMBER = typed(*NO_NUMBERS) + valued(*NOT_FINITE)
+#: A field over the grid is a number too, or a row of them, or a function.
+FIELD = [item for item in NUMBER if not _is_row(item[0])]
 NONE = typed(None)
 NOT_POSITIVE = valued(0.0, -0.0, -1.0, -5e-324, 0, -3, np.int64(-1), Fraction(-1, 3))
 NEGATIVE = valued(-1.0, -5e-324, np.float32(-2.0))
@@ -80,6 +89,8 @@ KINDS = {
     "number": NUMBER + NONE,
     "positive": NUMBER + NONE + NOT_POSITIVE,
     "not negative": NUMBER + NONE + NEGATIVE,
+    "field not negative": FIELD + NONE + NEGATIVE,
+    "positive field": FIELD + NONE + NOT_POSITIVE,
     "share": NUMBER + NONE + NEGATIVE + valued(1.0 + 1e-15, 2, 50),
     "open share": NUMBER + NONE + NOT_POSITIVE + valued(1.0, 1, 2),
     "courant": NUMBER + NONE + NOT_POSITIVE + valued(1.01, 2),
