@@ -99,16 +99,18 @@ def face_step(hl, hr, bl, br):
     return Step(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))
 
 
-def kinetic_head(step, ml, vl, mr, vr):
-    """Return what the momentum of a phase, masses ml and mr, gains over a step: W v^ dv - mean(m v) dv.
+def kinetic_head(step, ml, vl, mr, vr, push):
+    """Return what the momentum of a phase, masses ml and mr, gains over a step: W v^ dv - mean(m v) dv, against its push.
 
     W, between the smaller and the larger mass, is the weight of the potential head, push = g W d(h + b). With it in the jump,
     the kinetic head has the same weight, so that the jump vanishes where discharge and total head are constant: falling
     water gains no energy, and a step of one face lets through what a resolved ramp does. Third order in the jump, so smooth
-    flow is as before; 0 on a level bottom and at rest. Derived here.
+    flow is as before; 0 on a level bottom and at rest. It takes part of the push, never more, nor adds to it, as in a steady
+    flow: fast flow over rough ground would else break up. Derived here.
     """
     dm, dv = mr - ml, vr - vl
-    return step.steep * dv * dm * (0.25 * np.sign(step.db) * step.raised * (vl + vr) - 0.25 * dv)
+    head = step.steep * dv * dm * (0.25 * np.sign(step.db) * step.raised * (vl + vr) - 0.25 * dv)
+    return maximum(minimum(head, -push), 0.0) + minimum(maximum(head, -push), 0.0)
 
 
 def carried_over(step, hl, vl, hr, vr):

@@ -154,7 +154,7 @@ class Drag(Source):
         """Return the slip after ``time`` of what starts with ``slip``, is driven by the constant change/time, and has this drag.
 
         Two implicit half steps twice, less a whole one: second order, exact where drag balances the drive. Where that would
-        turn the slip round, the half steps alone. Override it where the law has a closed form. Derived here.
+        turn the slip round, the half steps alone; without a drive as `remaining` has it. Override it for a closed form. Derived here.
 
         Parameters
         ----------
@@ -166,7 +166,8 @@ class Drag(Source):
         halves = self.resisting(model, phi, slip + 0.5 * change, 0.5 * time)
         halves = self.resisting(model, phi, halves + 0.5 * change, 0.5 * time)
         better = 2.0 * halves - whole
-        return where(better * halves > 0.0, better, halves)
+        free = slip * self.remaining(model, phi, np.abs(slip), time)
+        return where(change == 0.0, free, where(better * halves > 0.0, better, halves))
 
     def resisting(self, model, phi, slip, time):
         """Return the slip after an implicit step, no drive."""

@@ -85,7 +85,8 @@ class Reduced(Model):
         push = self.g * (0.5 * (massl + massr) * (dh + (step.db - step.excess)) + upper(step.db, massl, massr) * step.excess
                          + 0.25 * ((hl + hr) * dmass - (massl + massr) * dh))
         al, ar = sound_speeds(hl, hr, step, self.g)
-        push = push + kinetic_head(step, massl, vl, massr, vr) + wall_push(step, massl, vl, massr, vr, hl, hr, al, ar, self.g)
+        push = push + (kinetic_head(step, massl, vl, massr, vr, push)
+                       + wall_push(step, massl, vl, massr, vr, hl, hr, al, ar, self.g))
         return hr * vr - hl * vl, massr * vr - massl * vl, massr * vr * vr - massl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):

@@ -75,7 +75,7 @@ class ShallowWater(Model):
         surface = (hr - hl) + (step.db - step.excess)
         push = self.g * (0.5 * (hl + hr) * surface + upper(step.db, hl, hr) * step.excess)
         al, ar = sound_speeds(hl, hr, step, self.g)
-        push = push + kinetic_head(step, hl, vl, hr, vr) + wall_push(step, hl, vl, hr, vr, hl, hr, al, ar, self.g)
+        push = push + kinetic_head(step, hl, vl, hr, vr, push) + wall_push(step, hl, vl, hr, vr, hl, hr, al, ar, self.g)
         return hr * vr - hl * vl, hr * vr * vr - hl * vl * vl + push
 
     def balanced_difference(self, ql, qr, auxl, auxr):

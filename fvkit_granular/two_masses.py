@@ -83,8 +83,9 @@ class TwoMasses(Model, ABC):
         solid, fluid = self.push(left, right, auxl[0], auxr[0])
         hl, hr = hsl + hfl, hsr + hfr
         step, (al, ar) = face_step(hl, hr, auxl[0], auxr[0]), self.sound(left, right, auxl[0], auxr[0])
-        solid = solid + kinetic_head(step, hsl, vsl, hsr, vsr) + wall_push(step, hsl, vsl, hsr, vsr, hl, hr, al, ar, self.g)
-        fluid = fluid + kinetic_head(step, hfl, vfl, hfr, vfr) + wall_push(step, hfl, vfl, hfr, vfr, hl, hr, al, ar, self.g)
+        wall = hl, hr, al, ar, self.g
+        solid = solid + kinetic_head(step, hsl, vsl, hsr, vsr, solid) + wall_push(step, hsl, vsl, hsr, vsr, *wall)
+        fluid = fluid + kinetic_head(step, hfl, vfl, hfr, vfr, fluid) + wall_push(step, hfl, vfl, hfr, vfr, *wall)
         return (hsr * vsr - hsl * vsl, hsr * vsr * vsr - hsl * vsl * vsl + solid,
                 hfr * vfr - hfl * vfl, hfr * vfr * vfr - hfl * vfl * vfl + fluid)
 

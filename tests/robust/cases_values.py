@@ -45,10 +45,10 @@ NOT_FINITE = (np.nan, np.inf, -np.inf, np.float32("nan"), HUGE, -HUGE, np.array(
 
 
 def _is_row(value):
-    """Whether a value is a row of real numbers."""
+    """Whether a value is a row of real numbers, or more than one."""
     if isinstance(value, list):
         return all(isinstance(item, float) for item in value)
-    return isinstance(value, Series) or (isinstance(value, np.ndarray) and value.ndim == 1)
+    return isinstance(value, Series) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def typed(*values):
