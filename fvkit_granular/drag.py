@@ -154,7 +154,7 @@ class Drag(Source):
         """Return the slip after ``time`` of what starts with ``slip``, is driven by the constant change/time, and has this drag.
 
         Two implicit half steps twice, less a whole one: second order, exact where drag balances the drive. Where that would
-        turn the slip round, the half steps alone; without a drive as `remaining` has it. Override it for a closed form. Derived here.
+        turn the slip round, the half steps alone; without a drive as `remaining` has it. Derived here.
 
         Parameters
         ----------

@@ -73,7 +73,8 @@ CASES: dict[str, Case] = {
     "transonic": Case((close_to_reference(0.0625, 0.025),), SINGLE),
     "expansion-shock": Case((close_to_reference(0.03, 0.01),), SINGLE),
     "froude-50": Case((close_to_reference(0.2, 0.08),), SINGLE),
-    "stiff-drag": Case((close_to_reference(0.03, 0.012), slip_below(1e-9)), (*SLIPPING, "reduced")),
+    # The slip that the transport drives against D K, up to 2e-8 m/s; sources beside the transport would leave none.
+    "stiff-drag": Case((close_to_reference(0.03, 0.012), slip_below(1e-7)), (*SLIPPING, "reduced")),
     "lost-hyperbolicity": Case((energy_not_above_start,), SLIPPING, steps=8.0),
     "pile": Case((exactly_still,), SINGLE),
     "toe": Case((exactly_still,), SINGLE),
