@@ -161,7 +161,7 @@ class Model(Part, ABC):
         """Return the state that a flow with state q has ``distance`` m beyond it, positive to the right, where the aux functions
         go on at ``slopes``, per metre to the right: rest must stay at rest, and uniform flow uniform.
 
-        Where defined, ends that are open let their aux functions go on: see `fvkit.boundary.Continued`.
+        Where defined, ends that are open let their aux functions go on: see ``fvkit.boundary.Continued``.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `beyond`: the aux functions are constant beyond the ends")
 
