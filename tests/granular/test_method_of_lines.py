@@ -58,7 +58,7 @@ def test_slip_over_a_bottom_is_fifth_order():
     assert orders(errors).min() >= 4.8
 
 
-@pytest.mark.parametrize(("integrator", "wanted"), [(fv.DP5(), [5.9e-5, 2.3e-6, 7.6e-8, 2.6e-9]),
+@pytest.mark.parametrize(("integrator", "wanted"), [(fv.DP5(), [5.9e-5, 2.3e-6, 7.6e-8, 2.4e-9]),
                                                      (fv.SSPRK104(), [1.3e-4, 6.9e-6, 3.7e-7, 2.2e-8])], ids=class_of)
 def test_the_simple_wave_has_its_known_errors(integrator, wanted):
     model, wave, errors, backend = gr.TwoPhase(), simple_wave(hump(centre=4.0)), [], "numba" if available() else "numpy"
