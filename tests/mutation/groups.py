@@ -21,6 +21,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "Riemann solvers": {
         "fvkit/riemann/base.py": (f"{CORE}user_model.py", *_SOLVERS),
         "fvkit/riemann/hll.py": _SOLVERS,
+        "fvkit/riemann/viscous.py": _SOLVERS,
         "fvkit/riemann/pyclaw.py": _SOLVERS,
         "fvkit/riemann/roe.py": _SOLVERS,
         "fvkit/riemann/rusanov.py": _SOLVERS,
@@ -44,7 +45,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "schemes": {
         **{f"fvkit/schemes/{name}.py": _STEPPING for name in ("fluctuations", "dry", "wave_propagation", "faces")},
         **{f"fvkit/schemes/{name}.py": _LINES for name in ("cells", "shores")},
-        "fvkit/schemes/static.py": (f"{GRANULAR}friction.py",),
+        "fvkit/schemes/driven.py": (f"{GRANULAR}friction.py",),
         "fvkit/schemes/in_cell.py": _IN_CELL,
         "fvkit/schemes/method_of_lines.py": _LINES,
         "fvkit/integrators.py": _LINES,
