@@ -113,15 +113,18 @@ def kinetic_head(step, ml, vl, mr, vr, push):
     return maximum(minimum(head, -push), 0.0) + minimum(maximum(head, -push), 0.0)
 
 
-def carried_over(step, hl, vl, hr, vr):
+def carried_over(step, hl, vl, hr, vr, taken, g):
     """Return the change of velocity, m/s, that stands at a steep step: -v^ dh/h^, with one discharge on both sides.
 
     Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
-    from two thirds on: that is a wave.
+    from two thirds on: that is a wave. The push of the bottom, g h^ db, makes the change: as much as friction takes of the push,
+    as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves.
     """
-    shallower, faster = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl)
+    shallower, faster, depths = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl), hl + hr
     steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)
-    return -step.standing * minimum(1.0, maximum(0.0, steady)) * shallower / (hl + hr + TINY)
+    bottom = 0.5 * g * depths * np.abs(step.db)
+    left = maximum(bottom - np.abs(taken), 0.0) / (bottom * depths + TINY)
+    return -step.standing * minimum(1.0, maximum(0.0, steady)) * left * shallower
 
 
 def wall_share(step, vl, vr, g):

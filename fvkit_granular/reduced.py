@@ -141,8 +141,8 @@ class Reduced(Model):
         (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
         step = face_step(hl, hr, auxl[0], auxr[0])
         al, ar = sound_speeds(hl, hr, step, self.g)
-        push = jump[2] - (massr * vr * vr - massl * vl * vl)
-        waves, speeds, (starl, starr) = mass_and_momentum(massl, vl, massr, vr, push, al, ar, step, self.g, jump[1:])
+        whole = self.jump(ql, qr, auxl, auxr)[2]
+        waves, speeds, (starl, starr) = mass_and_momentum(massl, vl, massr, vr, al, ar, step, self.g, whole, jump[1:])
         (first, second, third), (s1, _, s3) = waves, speeds
         carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl
         carried3 = hr * vr - hr * ((s3 - vr) / (s3 - starr + TINY)) * starr

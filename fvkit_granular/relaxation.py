@@ -44,10 +44,10 @@ def sound_speeds(hl, hr, step, g):
     return np.sqrt(g * (hl + pushed)), np.sqrt(g * (hr + pushed))
 
 
-def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
+def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
     """Return the speeds of a phase, s1, v*, s3, its states beside the contact, (h*, v*) of both sides, and cl, cr.
 
-    With push P, the part of the momentum jump that is not d(h v^2), the change d of velocity that stands at a step of the bottom
+    With push P, the part of the momentum jump that is not d(h v^2), what sources have taken of it, the change d of velocity that stands at a step of the bottom
     (`fvkit_granular.bed.carried_over`; F its mean discharge), and x = max(vl - vr + max(d, 0), 0),
 
         Al = al + 1.5 x + min(sqrt(P+/hl), P+/(hr ar)),   Ar = ar + 1.5 x + min(sqrt(P-/hr), P-/(hl al)),
@@ -58,7 +58,7 @@ def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
     share, and what is left of the jump belongs to the lower side; d is 0 where it would bring v* near s1 or s3. All denominators
     are kept from 0; a phase that is absent on both sides has no waves and no speeds.
     """
-    stands = carried_over(step, hl, vl, hr, vr)
+    stands = carried_over(step, hl, vl, hr, vr, taken, g)
     wall, towards = wall_share(step, vl, vr, g)
     compression = 1.5 * maximum(vl - vr + maximum(stands, 0.0), 0.0)
     forward, size = push > 0.0, np.abs(push)
@@ -80,13 +80,15 @@ def phase_waves(hl, vl, hr, vr, push, al, ar, step, g):
             ((cl / (starl - s1 + TINY), starl), (cr / (s3 - starr + TINY), starr)), (cl, cr))
 
 
-def mass_and_momentum(hl, vl, hr, vr, push, al, ar, step, g, jump):
+def mass_and_momentum(hl, vl, hr, vr, al, ar, step, g, whole, jump):
     """Return the three waves of a phase, (mass, momentum) each, their speeds and the velocities beside the contact.
 
     Z1 = (hl* vl* - hl vl, hl* vl*^2 - hl vl^2 + cl (vl - vl*)),  Z3 = (hr vr - hr* vr*, hr vr^2 - hr* vr*^2 + cr (vr - vr*)),
-    and Z2 is the rest, so that they add up to the jump, with speeds s1, s3 and v* of `phase_waves`.
+    and Z2 is the rest, so that they add up to the jump, with speeds s1, s3 and v* of `phase_waves`. ``whole`` is the jump of the
+    momentum before sources took their part.
     """
-    speeds, ((depthl, starl), (depthr, starr)), (cl, cr) = phase_waves(hl, vl, hr, vr, push, al, ar, step, g)
+    push = jump[1] - (hr * vr * vr - hl * vl * vl)
+    speeds, ((depthl, starl), (depthr, starr)), (cl, cr) = phase_waves(hl, vl, hr, vr, push, whole - jump[1], al, ar, step, g)
     massl, massr = depthl * starl, depthr * starr
     first = massl - hl * vl, massl * starl - hl * vl * vl + cl * (vl - starl)
     third = hr * vr - massr, hr * vr * vr - massr * starr + cr * (vr - starr)

@@ -109,8 +109,8 @@ class ShallowWater(Model):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
         step = face_step(hl, hr, auxl[0], auxr[0])
         al, ar = sound_speeds(hl, hr, step, self.g)
-        push = jump[1] - (hr * vr * vr - hl * vl * vl)
-        waves, speeds, _ = mass_and_momentum(hl, vl, hr, vr, push, al, ar, step, self.g, jump)
+        whole = self.jump(ql, qr, auxl, auxr)[1]
+        waves, speeds, _ = mass_and_momentum(hl, vl, hr, vr, al, ar, step, self.g, whole, jump)
         return waves, speeds
 
     def beyond(self, q, slopes, distance):

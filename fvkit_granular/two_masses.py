@@ -93,10 +93,9 @@ class TwoMasses(Model, ABC):
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
         al, ar = self.sound((hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr), auxl[0], auxr[0])
         step = face_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
-        solid = jump[1] - (hsr * vsr * vsr - hsl * vsl * vsl)
-        fluid = jump[3] - (hfr * vfr * vfr - hfl * vfl * vfl)
-        (s1, s2, s3), s_speeds, _ = mass_and_momentum(hsl, vsl, hsr, vsr, solid, al, ar, step, self.g, jump[:2])
-        (f1, f2, f3), f_speeds, _ = mass_and_momentum(hfl, vfl, hfr, vfr, fluid, al, ar, step, self.g, jump[2:])
+        _, solid, _, fluid = self.jump(ql, qr, auxl, auxr)
+        (s1, s2, s3), s_speeds, _ = mass_and_momentum(hsl, vsl, hsr, vsr, al, ar, step, self.g, solid, jump[:2])
+        (f1, f2, f3), f_speeds, _ = mass_and_momentum(hfl, vfl, hfr, vfr, al, ar, step, self.g, fluid, jump[2:])
         none = (0.0, 0.0)
         return (s1 + none, s2 + none, s3 + none, none + f1, none + f2, none + f3), s_speeds + f_speeds
 
