@@ -92,9 +92,9 @@ def face_step(hl, hr, bl, br):
     inverse = 1.0 / (size + above + TINY)
     covered = above / (below + TINY)
     steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * covered)
-    steep, raised = where(db == 0.0, 0.0, steep), size * inverse
-    height = np.abs(db) / (hl + hr + TINY)
-    abrupt = maximum(0.0, minimum(1.0, minimum(20.0 * height - 1.0, 3.0 - 4.0 * height)))
+    raised, height = size * inverse, np.abs(db) / (hl + hr + TINY)
+    steep = steep * maximum(0.0, minimum(1.0, 20.0 * height - 1.0))
+    abrupt = maximum(0.0, minimum(1.0, 3.0 - 4.0 * height))
     even = minimum(1.0, 2.0 * below / (above + TINY))
     return Step(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))
 
