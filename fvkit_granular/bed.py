@@ -16,8 +16,9 @@ LEAST_DRY = 1e-30
 #: A face takes depths below this share of the threshold for none: the cell keeps its mass, which does not move.
 IMMOBILE = 1e-10
 
-#: How fast an emerged step closes once its excess exceeds eight times the kinetic head of what runs towards it.
-CLOSING = 4.0
+#: How fast an emerged step closes once its excess exceeds so many times the kinetic head of what runs towards it: ``HIGH`` times
+#: where it rises far above the water, ``HIGH + SHORE`` times where it is a step of a shore, no higher than the water before it.
+CLOSING, HIGH, SHORE = 4.0, 8.0, 120.0
 
 #: Added to denominators that vanish together with their numerators: far below any product of depths and speeds.
 TINY = 1e-200
@@ -131,13 +132,16 @@ def wall_share(step, vl, vr, g):
     """Return the share of a wall in an emerged step, for the phase on its lower side, and whether that runs towards it.
 
     With k = v^2/2g, 1 towards the step where k lies below about a tenth of its excess e, and 0 from e/8 on: what has the
-    energy to climb climbs, and smooth slopes are no walls to a wave that runs up them. Away from the step 1 - 10 k/e. Both
-    fade where the upper side is as deep as the lower one: water that comes down a step runs on.
+    energy to climb climbs. Both bounds are 16 times lower where e is not larger than the depth of the lower side: smooth
+    slopes are no walls to a wave that runs up them. Away from the step 1 - 10 k/e. All fade where the upper side is as deep as
+    the lower one: water that comes down a step runs on.
     """
     v, size = upper(step.db, vr, vl), np.abs(step.excess)
     k = 0.5 / g * v * v
     towards = np.sign(step.db) * v > 0.0
-    share = where(towards, minimum(1.0, CLOSING * (size - 8.0 * k) * step.inverse), (size - 10.0 * k) * step.inverse)
+    shore = minimum(1.0, maximum(0.0, 2.0 * (np.abs(step.db) - size) * step.inverse - 0.2))
+    closed = minimum(1.0, CLOSING * (size - (HIGH + SHORE * shore) * k) * step.inverse)
+    share = where(towards, closed, (size - 10.0 * k) * step.inverse)
     return where(size > 0.0, step.bare * maximum(share, 0.0), 0.0), towards
 
 
