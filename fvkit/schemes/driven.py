@@ -44,13 +44,14 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
     low, high = wave_speeds(model, before, aux)
-    carries = 0.5 * (high - low) * reduce(maximum, map(np.abs, speeds))
+    slip = reduce(maximum, [np.abs(v - speeds[0]) for v in speeds])
+    carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
     for (masses, momentum), v in zip(phases, speeds, strict=True):
         row, still = masses[-1], before[momentum] == 0.0
         push, left = (before[momentum] - after[momentum]) / ratio, (before[momentum] - end[momentum]) / ratio
-        # A source may stop what moves, and is felt at a point: the sound of the face carries no more of it than this.
-        most, side = carries * before[row], np.sign(v)
-        left = where(side * left > maximum(side * push, most), side * maximum(side * push, most), left)
+        # A source may stop or drive what moves, and is felt at a point: the sound of the face carries no more of it than this.
+        most = maximum(carries * before[row], np.abs(push))
+        left = minimum(maximum(left, -most), most)
         even = 0.0 if limit else minimum(1.0, EVEN * minimum(ql[row], qr[row]) / (maximum(ql[row], qr[row]) + TINY))
         # What a source stops must feel its push first: a slope would else come to rest below its angle.
         lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY)) if stops else 1.0

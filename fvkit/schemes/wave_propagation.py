@@ -162,8 +162,11 @@ def projections(parts, ratio, before, waves):
 
 
 def overlap(model, ratio, one, other):
-    """Return the scalar product of two waves; of a momentum what it moves in a step, so that results depend on no unit."""
-    scaled = [ratio if row not in model.mass_rows() else 1.0 for row in range(len(one))] if model.phases else [1.0] * len(one)
+    """Return the scalar product of two waves, momenta times 2 dt/dx: as large as the masses of a wave of Courant number 1/2.
+
+    So results depend on no unit.
+    """
+    scaled = [2.0 * ratio if row not in model.mass_rows() else 1.0 for row in range(len(one))] if model.phases else [1.0] * len(one)
     return dot(multiply(scaled, one), multiply(scaled, other))
 
 
