@@ -119,12 +119,14 @@ def carried_over(step, hl, vl, hr, vr, taken, g):
 
     Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
     from two thirds on: that is a wave. The push of the bottom, g h^ db, makes the change: as much as friction takes of the push,
-    as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves.
+    as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves. Less stands where
+    one depth is more than five times the other, and nothing from eleven times on: a phase that has all but gone would be shot out.
     """
     shallower, faster, depths = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl), hl + hr
     steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)
     bottom = 0.5 * g * depths * np.abs(step.db)
-    left = maximum(bottom - np.abs(taken), 0.0) / (bottom * depths + TINY)
+    even = minimum(maximum(5.0 * depths - 6.0 * np.abs(hr - hl), 0.0), depths)
+    left = even * maximum(bottom - np.abs(taken), 0.0) / (bottom * depths * depths + TINY)
     return -step.standing * minimum(1.0, maximum(0.0, steady)) * left * shallower
 
 
