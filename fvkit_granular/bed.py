@@ -111,7 +111,8 @@ def kinetic_head(step, ml, vl, mr, vr, push):
     """
     dm, dv = mr - ml, vr - vl
     head = step.steep * dv * dm * (0.25 * np.sign(step.db) * step.raised * (vl + vr) - 0.25 * dv)
-    return maximum(minimum(head, -push), 0.0) + minimum(maximum(head, -push), 0.0)
+    side = np.sign(head)
+    return side * minimum(np.abs(head), maximum(-side * push, 0.0))
 
 
 def carried_over(step, hl, vl, hr, vr, taken, g):
@@ -120,7 +121,7 @@ def carried_over(step, hl, vl, hr, vr, taken, g):
     Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
     from two thirds on: that is a wave. The push of the bottom, g h^ db, makes the change: as much as friction takes of the push,
     as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves. Less stands where
-    one depth is more than five times the other, and nothing from eleven times on: a phase that has all but gone would be shot out.
+    one depth is over five times the other, and nothing from eleven times on: a phase that has all but gone would be shot out.
     """
     shallower, faster, depths = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl), hl + hr
     steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)

@@ -47,8 +47,9 @@ def sound_speeds(hl, hr, step, g):
 def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
     """Return the speeds of a phase, s1, v*, s3, its states beside the contact, (h*, v*) of both sides, and cl, cr.
 
-    With push P, the part of the momentum jump that is not d(h v^2), what sources have taken of it, the change d of velocity that stands at a step of the bottom
-    (`fvkit_granular.bed.carried_over`; F its mean discharge), and x = max(vl - vr + max(d, 0), 0),
+    With push P, the part of the momentum jump that is not d(h v^2), the change d of velocity that stands at a step of the bottom
+    (`fvkit_granular.bed.carried_over`, which asks what sources have ``taken`` of P; F its mean discharge), and
+    x = max(vl - vr + max(d, 0), 0),
 
         Al = al + 1.5 x + min(sqrt(P+/hl), P+/(hr ar)),   Ar = ar + 1.5 x + min(sqrt(P-/hr), P-/(hl al)),
         cl = hl Al,  cr = hr Ar,  vl* = (cl vl + cr (vr - d) - P - F d)/(cl + cr),  vr* = vl* + d,

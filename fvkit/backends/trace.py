@@ -215,6 +215,8 @@ def _power(graph: Graph, a: Any, b: Any) -> Any:
 def _where(graph: Graph, condition: Any, a: Any, b: Any) -> Any:
     if not isinstance(condition, Expr):
         return a if condition else b
+    if a is b or (not isinstance(a, Expr) and repr(a) == repr(b)):
+        return a
     return graph.node("where", condition, a, b)
 
 

@@ -46,7 +46,7 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     low, high = wave_speeds(model, before, aux)
     slip = reduce(maximum, [np.abs(v - speeds[0]) for v in speeds])
     carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
-    for (masses, momentum), v in zip(phases, speeds, strict=True):
+    for masses, momentum in phases:
         row, still = masses[-1], before[momentum] == 0.0
         push, left = (before[momentum] - after[momentum]) / ratio, (before[momentum] - end[momentum]) / ratio
         # A source may stop or drive what moves, and is felt at a point: the sound of the face carries no more of it than this.

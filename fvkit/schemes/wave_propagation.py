@@ -166,7 +166,8 @@ def overlap(model, ratio, one, other):
 
     So results depend on no unit.
     """
-    scaled = [2.0 * ratio if row not in model.mass_rows() else 1.0 for row in range(len(one))] if model.phases else [1.0] * len(one)
+    momenta = [momentum for _, momentum in model.phases]
+    scaled = [2.0 * ratio if row in momenta else 1.0 for row in range(len(one))]
     return dot(multiply(scaled, one), multiply(scaled, other))
 
 
