@@ -116,9 +116,10 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
 
         def relaxation(self, ql, qr, auxl, auxr, jump):
             auxl, auxr, flowl, flowr = split(auxl, auxr)
-            own = kind.jump(self, flowl, flowr, auxl, auxr)
-            waves, speeds = kind.relaxation(self, ql, qr, auxl, auxr, add(jump, own))
-            standing, _ = kind.relaxation(self, flowl, flowr, auxl, auxr, own)
+            plain: Any = _as(kind, self)  # what the model makes of whole states, which asks for whole jumps
+            own = plain.jump(flowl, flowr, auxl, auxr)
+            waves, speeds = plain.relaxation(ql, qr, auxl, auxr, add(jump, own))
+            standing, _ = plain.relaxation(flowl, flowr, auxl, auxr, own)
             return tuple(map(subtract, waves, standing)), speeds
 
         def matrix_product(self, ql, qr, auxl, auxr, v):

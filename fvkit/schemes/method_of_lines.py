@@ -1,5 +1,6 @@
 """`MethodOfLines`: high order in space by reconstruction, in time by Runge and Kutta."""
 
+import warnings
 
 import attrs
 import numpy as np
@@ -31,8 +32,9 @@ class MethodOfLines(Scheme):
     ----------
     riemann : the Riemann solver.
     reconstruction : `MP5`, `WENO5` (fifth order), `MUSCL` (second), or one of your own.
-    integrator : `SSPRK104`, `SSPRK3`, `DP5` or `ARK4`, which takes a stiff source into its stages. With the others
-        sources alternate with transport by Strang's splitting: second order.
+    integrator : `SSPRK104`, `SSPRK3`, `DP5` or `ARK4`, which takes one source into its stages, stiff or not: friction on slopes
+        needs it. With the others sources alternate with transport by Strang's splitting: second order, and first where a
+        source balances the flow, which gives a warning.
     cfl : Courant number aimed at; None for that of the integrator.
 
     Notes
@@ -93,6 +95,11 @@ class MethodOfLines(Scheme):
             given = ", ".join(type(source).__name__ for source in sources)
             raise ValueError(f"{type(self.integrator).__name__} takes one source that defines `implicit_rate`, got {given}: "
                              "use another integrator, such as fv.SSPRK104(), which splits")
+        split = [type(source).__name__ for source in sources if source.defines("driven") and not source.between_phases]
+        if split and not self.integrator.implicit:
+            warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(split)} with the transport: a flow that it balances, "
+                          "such as uniform flow down a slope, is wrong to first order in dt. Use integrator=fv.ARK4(), which takes it "
+                          "into its stages, or fv.WavePropagation", stacklevel=2)
         return Parts(model, self.riemann, (), sources, reconstruction=self.reconstruction)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
