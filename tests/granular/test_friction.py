@@ -1,6 +1,7 @@
 """Friction at the bed: rest to the last bit, motion against exact solutions and an ODE solver, and every state it may meet."""
 
 import copy
+from functools import cache
 
 import attrs
 import numpy as np
@@ -427,3 +428,49 @@ def test_the_compiled_backend_agrees_with_numpy(law, model, riemann, order):
         plain.step()
     assert compiled.t == pytest.approx(plain.t, rel=1e-12)
     np.testing.assert_allclose(compiled.q, plain.q, rtol=0.0, atol=1e-12 * np.abs(plain.q).max())
+
+
+# ---------------------------------------------------------------------- order with friction
+
+def unsteady(scheme, cells):
+    """A smooth unsteady river over a bottom, with Manning's friction; cell averages at 1.5 s."""
+    def bottom(x):
+        return 0.2 * np.cos(0.1 * np.pi * x)
+
+    def flow(x):
+        return np.stack([1.0 + 0.1 * np.sin(0.1 * np.pi * x) - 0.5 * bottom(x), 1.0 + 0.3 * np.cos(0.1 * np.pi * x)])
+
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 20.0, cells), flow, 1.5, {"b": bottom}, fv.Periodic(), gr.Manning(0.1))
+    return solve(problem, scheme).q[-1]
+
+
+@cache
+def unsteady_reference():
+    """Self-converged: of fifth order, five times finer than what it judges."""
+    return unsteady(fv.MethodOfLines(fv.Roe(), integrator=fv.ARK4()), 800)
+
+
+def unsteady_errors(scheme, counts):
+    reference = unsteady_reference()
+    return [np.abs(unsteady(scheme, cells) - reference.reshape(2, cells, -1).mean(axis=2)).mean() for cells in counts]
+
+
+@pytest.mark.parametrize("riemann", SOLVERS, ids=name_of)
+def test_unsteady_flow_with_friction_is_of_second_order(riemann):
+    errors = unsteady_errors(fv.WavePropagation(riemann), (100, 200, 400))
+    assert orders(errors).min() >= 1.95
+    if not isinstance(riemann, fv.Rusanov):  # more viscous
+        assert errors[-1] <= 4e-6
+
+
+@pytest.mark.parametrize("riemann", [fv.Roe(), fv.HLL()], ids=name_of)
+def test_implicit_stages_keep_high_order_with_friction(riemann):
+    errors = unsteady_errors(fv.MethodOfLines(riemann, integrator=fv.ARK4()), (20, 40, 80, 160))
+    assert orders(errors).min() >= 4.5
+    assert errors[-1] <= 4e-9
+
+
+def test_the_method_of_lines_says_where_it_would_split_friction():
+    with pytest.warns(UserWarning, match=r"SSPRK104 alternates Manning with the transport.* Use integrator=fv\.ARK4\(\)"):
+        coarse, fine = unsteady_errors(fv.MethodOfLines(fv.Roe()), (40, 80))
+    assert np.log2(coarse / fine) < 2.2
