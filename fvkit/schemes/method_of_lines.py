@@ -97,9 +97,9 @@ class MethodOfLines(Scheme):
                              "use another integrator, such as fv.SSPRK104(), which splits")
         split = [type(source).__name__ for source in sources if source.defines("driven") and not source.between_phases]
         if split and not self.integrator.implicit:
-            warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(split)} with the transport: a flow that it balances, "
-                          "such as uniform flow down a slope, is wrong to first order in dt. Use integrator=fv.ARK4(), which takes it "
-                          "into its stages, or fv.WavePropagation", stacklevel=2)
+            warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(split)} with the transport: a flow that it "
+                          "balances, such as uniform flow down a slope, is wrong to first order in dt. Use integrator=fv.ARK4(), "
+                          "which takes it into its stages, or fv.WavePropagation", stacklevel=2)
         return Parts(model, self.riemann, (), sources, reconstruction=self.reconstruction)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
