@@ -2,5 +2,15 @@
 
 import os
 
+import pytest
+
 os.environ["FVKIT_BACKEND"] = "numpy"
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+
+@pytest.fixture(params=["numpy", "numba"])
+def backend(request):
+    """Each backend in turn; kernels stay in the cache of the user, for all processes and for the next run."""
+    if request.param == "numba":
+        pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
+    return request.param

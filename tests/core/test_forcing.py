@@ -12,18 +12,6 @@ WAVE = fv.WavePropagation(fv.Roe(), fv.NoLimiter())
 LINES = fv.MethodOfLines(fv.HLL())
 
 
-@pytest.fixture(autouse=True)
-def kernels(tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("FVKIT_CACHE", str(tmp_path_factory.getbasetemp() / "forcing-kernels"))
-
-
-@pytest.fixture(params=["numpy", "numba"])
-def backend(request):
-    if request.param == "numba":
-        pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
-    return request.param
-
-
 # ---------------------------------------------------------------------- a manufactured solution of shallow water over a bottom
 
 K, OMEGA = 2.0 * np.pi, 3.0

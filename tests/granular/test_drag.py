@@ -323,9 +323,8 @@ def test_drag_that_depends_on_the_slip_is_second_order_in_time(law):
 
 @pytest.mark.parametrize("law", [gr.ConstantDrag(5.0), gr.VelocityDrag(1.0, 5.0), gr.PitmanLeDrag(0.5, 3.65), Power(5.0, 1.0),
                                  Saturating(1e3), Crowded(5.0)], ids=str)
-def test_the_compiled_backend_agrees_with_numpy(law, tmp_path_factory, monkeypatch):
+def test_the_compiled_backend_agrees_with_numpy(law):
     pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
-    monkeypatch.setenv("FVKIT_CACHE", str(tmp_path_factory.getbasetemp() / "drag-kernels"))
     problem = attrs.evolve(gr.scene("dam-break-phi"), sources=law).problem(gr.TwoPhase, 150)
     compiled, plain = (fv.Stepper(problem, fv.WavePropagation(fv.HLL(), order=1), backend) for backend in ("numba", "numpy"))
     for _ in range(50):

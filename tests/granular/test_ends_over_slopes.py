@@ -13,13 +13,6 @@ GROUNDS = {"falls": lambda x: -0.05 * x, "rises": lambda x: 0.05 * x, "steep": l
 SLOPE, MANNING = 0.05, 0.03
 
 
-@pytest.fixture(params=["numpy", "numba"])
-def backend(request):
-    if request.param == "numba":
-        pytest.importorskip("numba")
-    return request.param
-
-
 def lake(model, ground, level=0.4, cells=20):
     """State and bottom of a lake, its layers level too; dry where the ground is higher."""
     b = ground(fv.Grid(0.0, 10.0, cells).centers)

@@ -68,11 +68,6 @@ def runs_on(backend):
     return backend
 
 
-@pytest.fixture(autouse=True)
-def kernels(tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("FVKIT_CACHE", str(tmp_path_factory.getbasetemp() / "friction-kernels"))
-
-
 # ---------------------------------------------------------------------- rest
 
 def momenta(problem):

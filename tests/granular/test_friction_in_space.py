@@ -11,18 +11,6 @@ MODELS = (gr.ShallowWater(), gr.Reduced(), gr.TwoPhase())
 SCHEME = fv.WavePropagation(gr.Relaxation())
 
 
-@pytest.fixture(autouse=True)
-def kernels(tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("FVKIT_CACHE", str(tmp_path_factory.getbasetemp() / "space-kernels"))
-
-
-@pytest.fixture(params=["numpy", "numba"])
-def backend(request):
-    if request.param == "numba":
-        pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
-    return request.param
-
-
 def bottom(x):
     """A slope that grows from 0.2 to 0.6 over 10 m."""
     return -0.2 * x - 0.02 * x * x

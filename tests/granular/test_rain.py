@@ -13,18 +13,6 @@ SCHEMES = (fv.WavePropagation(gr.Relaxation()), fv.WavePropagation(gr.Relaxation
            fv.MethodOfLines(gr.Relaxation()))
 
 
-@pytest.fixture(autouse=True)
-def kernels(tmp_path_factory, monkeypatch):
-    monkeypatch.setenv("FVKIT_CACHE", str(tmp_path_factory.getbasetemp() / "rain-kernels"))
-
-
-@pytest.fixture(params=["numpy", "numba"])
-def backend(request):
-    if request.param == "numba":
-        pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
-    return request.param
-
-
 def box(model, rain, h=0.0, phi=0.3, cells=20, t_end=50.0, **settings):
     """A closed box, dry or with water at rest."""
     initial = model.conserved_from(np.full(cells, h), phi)

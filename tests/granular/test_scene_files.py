@@ -285,10 +285,9 @@ def test_find_scene_tells_names_from_files(folder):
 
 @pytest.mark.parametrize(("backend", "models"), [
     ("numpy", (gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.PitmanLe(), gr.TwoLayer())), ("numba", (gr.TwoPhase(),))])
-def test_given_flow_brings_the_same_water_in_for_every_model(backend, models, tmp_path, monkeypatch):
+def test_given_flow_brings_the_same_water_in_for_every_model(backend, models):
     if backend == "numba":
         pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
-        monkeypatch.setenv("FVKIT_CACHE", str(tmp_path))
     side = gr.GivenFlow(1.0, 0.6, 2.0, 2.0)
     for model in models:
         scene = gr.Scene((0.0, 10.0), 0.5, gr.ShapedFlow(1.0, phi=0.6, vs=2.0, vf=2.0), boundary=side)
