@@ -41,12 +41,13 @@ default_role = "py:obj"
 # A name in a docstring that has no page is a mistake, but for these.
 nitpicky = True
 nitpick_ignore_regex = [
-    ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.part\.Part|fvkit\.testing\.common\.\w+"),
+    ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.part\.Part|fvkit\.boundary\.(Given|Continued)|fvkit\.testing\.common\.\w+"),
     # Modules without a page: named for those who read the code.
-    ("py:obj", r"fvkit_granular\.(slip|bed|resolution|indicators)\b.*|fvkit\.(configuration|pictures)\..*"),
+    ("py:obj", r"fvkit_granular\.(slip|slope|bed|resolution|indicators)\b.*"),
+    ("py:obj", r"fvkit\.(configuration|pictures|answers|assembly|fields|riemann\.viscous|schemes\.driven)\b.*"),
     ("py:obj", r"concurrent\.futures\..*"),
     # Names as seen from within their class or module, or as the examples abbreviate them.
-    ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|Status\.OVER_BUDGET|Part\.defines"),
+    ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|acted|values|cross|Continued|Status\.OVER_BUDGET|Part\.defines"),
     ("py:obj", r"Indicators|StepLength|fv\.sweep|gr\.steady|debris-slope"),
 ]
 # Options of commands begin with two hyphens.
