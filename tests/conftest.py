@@ -1,6 +1,7 @@
 """Tests run on the NumPy backend unless they ask for another: compiling is tested once, in tests/backends."""
 
 import os
+import signal
 
 import pytest
 
@@ -14,3 +15,11 @@ def backend(request):
     if request.param == "numba":
         pytest.importorskip("numba", reason="the compiled backend needs the extra `fast`")
     return request.param
+
+
+@pytest.fixture(scope="session", autouse=True)
+def a_process_that_listens_to_ctrl_c():
+    """A test run in the background of a shell ignores it, and so would the processes that it starts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -36,14 +36,6 @@ STUDIES = {
 }
 
 
-@pytest.fixture(autouse=True)
-def a_process_that_listens_to_ctrl_c():
-    """A test run in the background of a script ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 def press(*_):
     os.kill(os.getpid(), signal.SIGINT)
 
