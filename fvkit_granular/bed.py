@@ -61,6 +61,12 @@ def bed_step(hl, hr, bl, br):
     return db, where(db == 0.0, 0.0, beyond)
 
 
+def covered_step(hl, hr, bl, br):
+    """Return the step of the bottom that is seen through the water: by all of a cliff, corrections would hold water on it."""
+    db, excess = bed_step(hl, hr, bl, br)
+    return db - excess
+
+
 class Step(NamedTuple):
     """The step of the bottom at a face, as the flow over it feels it.
 
@@ -115,19 +121,21 @@ def kinetic_head(step, ml, vl, mr, vr, push):
     return side * minimum(np.abs(head), maximum(-side * push, 0.0))
 
 
-def carried_over(step, hl, vl, hr, vr, taken, g):
+def carried_over(step, hl, vl, hr, vr, taken, al, ar, g):
     """Return the change of velocity, m/s, that stands at a steep step: -v^ dh/h^, with one discharge on both sides.
 
     Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
     from two thirds on: that is a wave. The push of the bottom, g h^ db, makes the change: as much as friction takes of the push,
     as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves. Less stands where
+    flow is faster than 3/4 of its waves on both sides, and nothing where it is faster than these: all waves go down then. So too where
     one depth is over five times the other, and nothing from eleven times on: a phase that has all but gone would be shot out.
     """
     shallower, faster, depths = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl), hl + hr
     steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)
     bottom = 0.5 * g * depths * np.abs(step.db)
-    even = minimum(maximum(5.0 * depths - 6.0 * np.abs(hr - hl), 0.0), depths)
-    left = even * maximum(bottom - np.abs(taken), 0.0) / (bottom * depths * depths + TINY)
+    even, sound = minimum(maximum(5.0 * depths - 6.0 * np.abs(hr - hl), 0.0), depths), al + ar
+    slower = minimum(maximum(8.0 * maximum(al - np.abs(vl), ar - np.abs(vr)), 0.0), sound)
+    left = slower * even * maximum(bottom - np.abs(taken), 0.0) / (sound * bottom * depths * depths + TINY)
     return -step.standing * minimum(1.0, maximum(0.0, steady)) * left * shallower
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import BoundaryCondition, Grid, Model, _validate, maximum, where
+from fvkit import BoundaryCondition, Grid, Model, _validate, maximum, minimum, where
 from fvkit.boundary import Continued, beyond
 from fvkit_granular.beyond import falling_share, mean_speed
 from fvkit_granular.inflow import at_time, check_tables, of_flow
@@ -16,12 +16,18 @@ def _level(value: Any) -> Any:
     return value if callable(value) and not isinstance(value, type) else _validate.row(value, "level")
 
 
+#: A flow that is less than ``LOWER`` times as deep as a lake gives no velocity to what pours in, and all of it 1/``STILL`` of the
+#: depth of the lake above that.
+LOWER, STILL = 0.8, 7.0
+
+
 @attrs.frozen
 class Stage(Continued):
     """A lake or sea of given level at the end: the depth of the ghost cells is the level less the bottom there.
 
     The flow passes in or out as the difference of levels has it. One that leaves faster than its waves does not feel it, unless
-    the lake is so much deeper that a jump runs in. A river that leaves or enters has the level at the face.
+    the lake is so much deeper that a jump runs in. A river that leaves or enters has the level at the face; into a flow less than
+    0.8 times as deep as the lake, or onto dry ground, it pours out of rest, as a dam breaks.
 
     Parameters
     ----------
@@ -72,13 +78,15 @@ class Stage(Continued):
         surface = level + falling_share(model, q, slope) * slope * (distance - values[2])
         depth = maximum(surface - slope * distance, 0.0)
         ratio = depth / where(wet, h, 1.0)
+        # A river enters with its velocity. Into a much lower flow a lake pours out of rest: it has no other head than its level.
+        enters = v * minimum(maximum(STILL * (h - LOWER * depth), 0.0), depth)
         # The speed at which waves run in: that of a jump where the lake is deeper.
         unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
         flow = beyond(self, model, q, values)
         has = model.depth(flow)
         leaves, scale, result = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0)), q[:0]
         for k in range(rows):
-            result = result + (where(leaves, scale * flow[k], depth * values[3 + k] + v * depth * values[3 + rows + k]),)
+            result = result + (where(leaves, scale * flow[k], depth * values[3 + k] + enters * values[3 + rows + k]),)
         return result
 
 

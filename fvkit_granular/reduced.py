@@ -13,6 +13,7 @@ from fvkit_granular.bed import (
     IMMOBILE,
     LEAST_DRY,
     TINY,
+    covered_step,
     face_step,
     kinetic_head,
     present,
@@ -156,7 +157,7 @@ class Reduced(Model):
         return q[0], q[1], settled(q[1], q[2], self.dry)
 
     def cross(self, ql, qr, auxl, auxr):
-        push = self.g * (qr[2] - ql[2]) * (auxr[0] - auxl[0])
+        push = self.g * (qr[2] - ql[2]) * covered_step(ql[0], qr[0], auxl[0], auxr[0])
         return 0.0 * push, 0.0 * push, push
 
     def lift(self, here, aux):

@@ -59,7 +59,7 @@ def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
     share, and what is left of the jump belongs to the lower side; d is 0 where it would bring v* near s1 or s3. All denominators
     are kept from 0; a phase that is absent on both sides has no waves and no speeds.
     """
-    stands = carried_over(step, hl, vl, hr, vr, taken, g)
+    stands = carried_over(step, hl, vl, hr, vr, taken, al, ar, g)
     wall, towards = wall_share(step, vl, vr, g)
     compression = 1.5 * maximum(vl - vr + maximum(stands, 0.0), 0.0)
     forward, size = push > 0.0, np.abs(push)

@@ -12,6 +12,7 @@ from fvkit.polynomial import product_slope, total
 from fvkit_granular.bed import (
     LEAST_DRY,
     TINY,
+    covered_step,
     face_step,
     kinetic_head,
     mean_velocity,
@@ -126,7 +127,7 @@ class ShallowWater(Model):
         return v[1], (0.5 * self.g * (hl + hr) - mean * mean) * v[0] + 2.0 * mean * v[1]
 
     def cross(self, ql, qr, auxl, auxr):
-        push = self.g * (qr[1] - ql[1]) * (auxr[0] - auxl[0])
+        push = self.g * (qr[1] - ql[1]) * covered_step(ql[0], qr[0], auxl[0], auxr[0])
         return 0.0 * push, push
 
     def lift(self, here, aux):

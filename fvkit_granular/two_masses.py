@@ -9,7 +9,18 @@ import numpy as np
 
 from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit._validate import number, optional_number
-from fvkit_granular.bed import LEAST_DRY, TINY, face_step, kinetic_head, mean_velocity, present, settled, velocity, wall_push
+from fvkit_granular.bed import (
+    LEAST_DRY,
+    TINY,
+    covered_step,
+    face_step,
+    kinetic_head,
+    mean_velocity,
+    present,
+    settled,
+    velocity,
+    wall_push,
+)
 from fvkit_granular.beyond import deepened, deepening
 from fvkit_granular.layer import DRY_HINT, resolved
 from fvkit_granular.quantities import QUANTITIES
@@ -241,7 +252,7 @@ def pressure_cross(ql, qr, auxl, auxr, g, gamma):
     (0, g (d(hs vs) db + gamma X), 0, g (d(hf vf) db - X)).
     """
     (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
-    dms, dmf, db = msr - msl, mfr - mfl, auxr[0] - auxl[0]
+    dms, dmf, db = msr - msl, mfr - mfl, covered_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
     exchange = dms * (hfr - hfl) - dmf * (hsr - hsl)
     zero = 0.0 * exchange
     return zero, g * (dms * db + gamma * exchange), zero, g * (dmf * db - exchange)

@@ -8,7 +8,7 @@ import numpy as np
 from fvkit import _validate
 from fvkit.limiters import MC, Limiter
 from fvkit.model import Model
-from fvkit.pointwise import TINY, add, combine, dot, multiply, scale, weighted, where
+from fvkit.pointwise import TINY, add, combine, dot, maximum, minimum, multiply, scale, weighted, where
 from fvkit.riemann import RiemannSolver
 from fvkit.schemes.base import Parts, Read, Scheme, Stage
 from fvkit.schemes.driven import drive
@@ -171,14 +171,18 @@ def overlap(model, ratio, one, other):
     return dot(multiply(scaled, one), multiply(scaled, other))
 
 
-def limited(model, limiters, ratio, waves, speeds, overlaps):
-    """Return the limiter's factor of every wave; ``overlaps`` are its projections on both neighbours, none if unlimited."""
+def limited(model, limiters, ratio, waves, speeds, overlaps, gently=False):
+    """Return the limiter's factor of every wave; ``overlaps`` are its projections on both neighbours, none if unlimited.
+
+    ``gently``: at most that of Minmod. Sharper ones keep what is no entropy solution where a flux is not convex.
+    """
     if not overlaps:
         return tuple(1.0 for _ in waves)
     factors = []
     for k, (wave, speed, before, after) in enumerate(zip(waves, speeds, *overlaps, strict=True)):
         theta = where(speed > 0.0, before, after) / (overlap(model, ratio, wave, wave) + TINY)
-        factors.append(limiters[k if len(limiters) > 1 else 0].phi(theta, np.abs(speed) * ratio))
+        factor = limiters[k if len(limiters) > 1 else 0].phi(theta, np.abs(speed) * ratio)
+        factors.append(minimum(factor, maximum(minimum(theta, 1.0), 0.0)) if gently else factor)
     return tuple(factors)
 
 
@@ -192,7 +196,7 @@ def eigenvector_correction(parts, ratio, waves, speeds, sides, *overlaps):
 
 def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, *overlaps):
     """Return the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
-    factors = limited(parts.model, parts.limiters, ratio, waves, speeds, overlaps)
+    factors = limited(parts.model, parts.limiters, ratio, waves, speeds, overlaps, composite(parts.model))
     if composite(parts.model):
         factors = scale(convexity(parts.model, ql, qr, auxl, auxr), factors)
     kept = weighted(scale(ratio, factors), waves)

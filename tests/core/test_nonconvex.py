@@ -65,6 +65,20 @@ class Sine(fv.Model):
         return np.cos(q[0]), np.cos(q[0])
 
 
+class TwoWells(fv.Model):
+    """u_t + (u^4 - u^2)_x = 0: fans on both sides of a shock that stands between the bottoms of both wells."""
+
+    conserved = ("u",)
+
+    def flux(self, q):
+        (u,) = q
+        return (u * u * (u * u - 1.0),)
+
+    def wave_speeds(self, q):
+        (u,) = q
+        return 4.0 * u * u * u - 2.0 * u, 4.0 * u * u * u - 2.0 * u
+
+
 def entropy_solution(model, left, right, xi):
     """The state at x/t = xi: where f(u) - xi u is least between the states, or largest where the right one is below."""
     u = np.linspace(min(left, right), max(left, right), 20001)
@@ -76,7 +90,7 @@ CASES = {
     "Buckley-Leverett 1|0": (BuckleyLeverett(), 1.0, 0.0), "Buckley-Leverett 0|1": (BuckleyLeverett(), 0.0, 1.0),
     "cubic -1|1": (Polynomial(), -1.0, 1.0), "cubic 1|-1": (Polynomial(), 1.0, -1.0), "Roe, cubic -1|1": (WithRoe(), -1.0, 1.0),
     "both ways": (WithRoe(1.0), -1.2, 1.2), "both ways back": (WithRoe(1.0), 1.2, -1.2),
-    "sine": (Sine(), 0.0, 6.0), "sine back": (Sine(), 6.0, -3.0),
+    "two wells": (TwoWells(), -1.0, 1.0), "two wells, uneven": (TwoWells(), -1.0, 0.9), "sine": (Sine(), 0.0, 6.0), "sine back": (Sine(), 6.0, -3.0),
 }
 
 

@@ -246,3 +246,31 @@ def test_one_phase_all_but_alone_is_second_order(riemann, phi):
             errors[model, cells] = np.abs(h - cell_averages(lambda x: wave.at(x, 0.6)["h"], problem.grid, None, "h")).mean()
     assert errors[gr.TwoPhase, 200] < 1.2 * errors[gr.ShallowWater, 200]
     assert np.log2(errors[gr.TwoPhase, 100] / errors[gr.TwoPhase, 200]) > 1.9
+
+
+# ---------------------------------------------------------------------- what helpers found after all of the above
+
+@pytest.mark.parametrize("model", [gr.ShallowWater, gr.TwoPhase], ids=kind_of)
+@pytest.mark.parametrize("riemann", SOLVERS, ids=kind_of)
+def test_water_falls_off_a_cliff_whatever_stands_below(riemann, model):
+    """The fan of a dam break onto dry ground: it is critical at the brink, q = 8/27 h sqrt(g h)."""
+    cells, h, t = 120, 0.2, 12.0
+    x, made = (np.arange(cells) + 0.5) * 60.0 / cells, model()
+    for below in (0.1, 0.5, 1.0):
+        q = made.conserved_from(np.where(x < 20.0, h, below), 0.5)
+        problem = fv.Problem(made, fv.Grid(0.0, 60.0, cells), q, t, {"b": np.where(x < 20.0, 10.0, 0.0)}, fv.Wall())
+        seen = fv.solve(problem, scheme(riemann), nonhyperbolic="ignore").observables()
+        fallen = 20.0 * h - seen["h"][:cells // 3].sum() * 60.0 / cells
+        assert fallen == pytest.approx(8.0 / 27.0 * h * np.sqrt(G * h) * t, rel=0.2)
+
+
+@pytest.mark.parametrize("riemann", SOLVERS, ids=kind_of)
+def test_rounding_does_not_grow_in_a_block_that_slides(riemann):
+    x = (np.arange(400) + 0.5) / 2.0
+
+    def state(disturbed):
+        q = np.stack([np.where((x > 20.0) & (x < 60.0), 2.0 * (1.0 + disturbed * np.sin(x)), 0.0), 0.0 * x])
+        problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 200.0, 400), q, 3.8, {"b": -0.4 * x}, fv.Outflow())
+        return fv.solve(problem, scheme(riemann)).q[-1]
+
+    assert np.abs(state(0.0) - state(1e-13)).max() < 1e-10
