@@ -127,8 +127,8 @@ def carried_over(step, hl, vl, hr, vr, taken, al, ar, g):
     Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
     from two thirds on: that is a wave. The push of the bottom, g h^ db, makes the change: as much as friction takes of the push,
     as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves. Less stands where
-    flow is faster than 3/4 of its waves on both sides, and nothing where it is faster than these: all waves go down then. So too where
-    one depth is over five times the other, and nothing from eleven times on: a phase that has all but gone would be shot out.
+    flow is faster than 3/4 of its waves on both sides, and nothing where it is faster than these, since all waves go down then;
+    and where one depth is over five times the other, nothing from eleven times on: what has all but gone would be shot out.
     """
     shallower, faster, depths = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl), hl + hr
     steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)
