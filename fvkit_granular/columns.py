@@ -245,13 +245,13 @@ class Profile(Shape):
         """Warn where the numbers of a bottom look like another unit than the header names."""
         length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
         if height > STEEP * length:
-            advice = f"if {self.along} is in kilometres, or `{self.column}` in centimetres or millimetres"
+            advice, header = f"if {self.along} is in kilometres, or `{self.column}` in centimetres or millimetres", self.along
         elif length >= LONG and 0.0 < height < FLAT * length and np.abs(self.values).max() <= HIGH:
-            advice = f"if `{self.column}` is in kilometres"
+            advice, header = f"if `{self.column}` is in kilometres", self.column
         else:
             return
         warnings.warn(f"{self.path}: the bottom `{self.column}` varies by {height:.4g} m over {length:.4g} m of {self.along}: "
-                      f"{advice}, say so in the header, such as `{self.along} [km]`", RuntimeWarning, stacklevel=2)
+                      f"{advice}, say so in the header, such as `{header} [km]`", RuntimeWarning, stacklevel=2)
 
     def __call__(self, x: Any) -> np.ndarray:
         points = np.asarray(x, dtype=float)
