@@ -97,7 +97,7 @@ class Columns(NamedTuple):
             As `in_si`; for a code that stands for a missing value, with its line.
         """
         result, given = self.in_si(name, measures), self.values[name]
-        strange = _codes(given)
+        strange = missing(given)
         if measures == "length":
             strange |= (result < EARTH[0]) | (result > EARTH[1])
         if strange.any():
@@ -107,7 +107,7 @@ class Columns(NamedTuple):
         return result
 
 
-def _codes(values: np.ndarray) -> np.ndarray:
+def missing(values: np.ndarray) -> np.ndarray:
     """Where values stand for missing ones: numbers that programs write for that, farther from all others than these lie apart."""
     known = np.isin(values, CODES) | (np.abs(values) >= HUGE)
     others = values[~known]

@@ -11,7 +11,7 @@ from fvkit import Grid, Model, Outflow, Problem, Source, _validate
 from fvkit.problem import boundary_pair, source_list
 from fvkit.quadrature import cell_averages, levelled
 from fvkit.solution import Solution
-from fvkit_granular.columns import Profile
+from fvkit_granular.columns import Profile, missing
 from fvkit_granular.shaped_flow import ShapedFlow
 from fvkit_granular.shapes import Step
 from fvkit_granular.slope import warn_of_steep_ground
@@ -214,12 +214,21 @@ class Scene:
         if "b" not in chosen.aux and (callable(self.bottom) or np.any(np.asarray(self.bottom) != 0.0)):
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
+        self._refuse_gaps(Grid(*self.interval, cells).centers)
         sources = tuple(source for source in self.given_sources()
                         if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
         result = Problem(chosen, Grid(*self.interval, cells), conserved(chosen, self.initial, self.height), self.t_end,
                          aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
         warn_of_steep_ground(result, self.g)
         return result
+
+    def _refuse_gaps(self, x: np.ndarray) -> None:
+        b = self.height(x)
+        gaps = missing(b)
+        if gaps.any():
+            k = int(np.argmax(gaps))
+            raise ValueError(f"`bottom` is {b[k]:.10g} at x = {x[k]:.6g} m, which looks like a code for a missing value, not like a "
+                             "height: fill the gap")
 
     def flow(self, x: np.ndarray) -> dict[str, Any]:
         """Return the initial {h, phi, vs, vf} at points x (m,), also where it is given by its surface."""

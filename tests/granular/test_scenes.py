@@ -63,3 +63,10 @@ def test_a_self_converged_reference_averages_exactly_onto_any_grid():
         averages = reference.averages(gr.TwoPhase(), fv.Grid(0.0, 1.0, cells), 0.1)
         assert averages.sum(axis=1) / cells == pytest.approx(fine.q[-1].mean(axis=1), abs=1e-13)
     assert np.abs(reference.averages(gr.TwoPhase(), fine.grid, 0.1) - fine.q[-1]).max() < 1e-13
+
+
+@pytest.mark.parametrize("code", [-9999.0, -32768.0, 32767.0, 1e20])
+def test_a_code_for_a_missing_height_is_refused(code):
+    scene = gr.Scene((0.0, 100.0), 1.0, lambda x: {"h": 1.0, "phi": 0.5}, bottom=lambda x: np.where(np.abs(x - 30.0) < 2.0, code, 100.0 - 0.1 * x))
+    with pytest.raises(ValueError, match=r"`bottom` is .* at x = 28\.5 m, which looks like a code for a missing value.*fill the gap"):
+        scene.problem(gr.ShallowWater, 100)
