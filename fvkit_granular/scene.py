@@ -227,8 +227,8 @@ class Scene:
         gaps = missing(b)
         if gaps.any():
             k = int(np.argmax(gaps))
-            raise ValueError(f"`bottom` is {b[k]:.10g} at x = {x[k]:.6g} m, which looks like a code for a missing value, not like a "
-                             "height: fill the gap")
+            raise ValueError(f"`bottom` is {b[k]:.10g} at x = {x[k]:.6g} m, which looks like a code for a missing value, not "
+                             "like a height: fill the gap")
 
     def flow(self, x: np.ndarray) -> dict[str, Any]:
         """Return the initial {h, phi, vs, vf} at points x (m,), also where it is given by its surface."""
