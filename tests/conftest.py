@@ -23,3 +23,15 @@ def a_process_that_listens_to_ctrl_c():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+def pytest_collection_modifyitems(items):
+    """Keep of tests of every model on both backends one model on the compiled one: tests/backends compares every pair."""
+    items[:] = [item for item in items if not _compiled_again(item)]
+
+
+def _compiled_again(item):
+    given = getattr(getattr(item, "callspec", None), "params", {})
+    model = given.get("model")
+    name = getattr(model, "__name__", type(model).__name__)
+    return given.get("backend") == "numba" and "model" in given and name != "TwoPhase" and "backends" not in item.path.parts
