@@ -75,10 +75,10 @@ class Step(NamedTuple):
     db, excess : see `bed_step`.
     inverse : 1/(|e| + h_up), 1/m.
     raised : share |e|/(|e| + h_up) of the potential head over the step that the upper side alone bears.
-    steep : share of the change of velocity over the face that the step explains: 0 on a level bottom and at shores, else
-        min(1, 2 |db|/|dh|).
-    standing : share of it that stands: as ``steep``, between depths of similar size, where the step exceeds a twentieth of both
-        depths together, but not three quarters; a resolved slope, and a film on one, leave all to the waves.
+    steep : share of the change of velocity over the face that the step explains: at most 2 |db|/|dh|, 0 at shores and where the
+        step is below a twentieth of both depths together, a resolved bottom; whole from a tenth on.
+    standing : share of it that stands: as ``steep``, between depths of similar size, where the step is at most three quarters
+        of both together; a film on a slope leaves all to the waves.
     bare : max(0, 1 - h_up/h_low): 1 where the upper side is dry, 0 where it is as deep as the lower one.
     """
 

@@ -441,7 +441,7 @@ def unsteady(scheme, cells):
 
 @cache
 def unsteady_reference():
-    """Self-converged: of fifth order, five times finer than what it judges."""
+    """Self-converged: of fifth order in space, on twice the finest grid of what it judges."""
     return unsteady(fv.MethodOfLines(fv.Roe(), integrator=fv.ARK4()), 800)
 
 

@@ -14,6 +14,15 @@ FOUND = {
     "pitman-le, solid with little fluid": ("pitman-le", "hll", 2, 38),
 }
 
+#: What once collapsed, and finishes since the ground goes on beyond open ends, and since rare phases lose their own rows alone.
+MENDED = {
+    "inflow through an open end, one velocity": ("two-phase", "rusanov", 1, 536),
+    "inflow through an open end, complex speeds": ("two-phase", "rusanov", 2, 517),
+    "inflow through an open end, over an island": ("two-layer", "rusanov", 1, 183),
+    "film of fluid without drag": ("two-phase", "relaxation", 1, 489),
+    "solid parting from a wall, order 2": ("two-phase", "rusanov", 2, 3677),
+    "slow start on rough ground": ("two-layer", "roe", 2, 314),
+}
 
 #: Thin films, the last of 1e-27 m, where a last digit decides what the product does. A face that is computed twice, at both ends of a ring,
 #: had two fluxes there, since the compiler contracted products in vectors and not behind them: up to 1.6e-7 of a mass was lost.
@@ -24,8 +33,8 @@ TWO_FLUXES = (9113, 10457, 11346, 12018)
 def test_both_ends_of_a_ring_have_one_flux(index, monkeypatch):
     monkeypatch.setenv("FVKIT_BACKEND", "auto")
     found = run_random("pitman-le", "relaxation", 2, 1, index, 1)
-    assert all(one["status"] in COLLAPSED for one in found["odd"])
-    assert found["shares"].max(initial=0.0) <= 0.1
+    assert not found["odd"]
+    assert found["shares"][0] <= 0.1
 
 
 @pytest.mark.parametrize("name", FOUND)
@@ -37,3 +46,26 @@ def test_what_collapses_has_a_name_and_keeps_its_mass(name, monkeypatch):
     assert one["status"] in COLLAPSED
     assert found["lowest"] >= 0.0
     assert one["share"] <= 1.0
+
+
+@pytest.mark.parametrize("name", MENDED)
+def test_what_was_mended_finishes(name, monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    model, riemann, order, index = MENDED[name]
+    found = run_random(model, riemann, order, 1, index, 1)
+    assert found["odd"] == []
+    assert found["shares"][0] <= 1.0
+
+
+def test_a_thin_film_on_a_slope_ends_the_method_of_lines_by_name(monkeypatch):
+    """Fifth order loses the step of a film on a slope between walls; with Rusanov the last step is not finite, and is refused."""
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    found = run_random("two-phase", "rusanov", 5, 3, 241, 1)
+    (one,) = found["odd"]
+    assert one["status"] in (*COLLAPSED, "non_finite")
+    assert found["lowest"] >= 0.0
+
+
+def test_the_method_of_lines_is_not_asked_for_static_friction(monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "numpy")
+    assert run_random("shallow-water", "hll", 5, 1, 16, 1)["odd"] == []
