@@ -215,11 +215,11 @@ class Scene:
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
         grid = Grid(*self.interval, cells)
-        self._refuse_gaps(grid.centers)
         sources = tuple(source for source in self.given_sources()
                         if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
         result = Problem(chosen, grid, conserved(chosen, self.initial, self.height), self.t_end,
                          aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
+        self._refuse_gaps(grid.centers)
         warn_of_steep_ground(result, self.g)
         return result
 
