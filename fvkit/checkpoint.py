@@ -121,7 +121,7 @@ def _entry(number: int, name: str) -> str:
 
 
 def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
-    """Give observers their notes of a run up to its checkpoint; warn where the file has none.
+    """Give observers their notes of a run up to its checkpoint; warn where the file has none, and where no observer takes them.
 
     Parameters
     ----------
@@ -132,6 +132,7 @@ def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive,
     if not (isinstance(kept, list) and all(isinstance(one, dict) and isinstance(one.get("notes"), list) for one in kept)):
         raise archive.refused("its plan does not say which observers it has the notes of")
     waiting = [({key: value for key, value in one.items() if key != "notes"}, k, one["notes"]) for k, one in enumerate(kept)]
+    said = False
     for observer in observers:
         if not isinstance(observer, Observer):
             continue
@@ -145,6 +146,10 @@ def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive,
             except (KeyError, TypeError, ValueError) as error:
                 raise archive.refused(f"the notes of its {type(observer).__name__} cannot be used: {error}") from None
         elif stepper.steps:
-            known = ", ".join(str(one["class"]) for one, _, _ in waiting) or "none"
+            said, known = True, ", ".join(str(one["class"]) for one, _, _ in waiting) or "none"
             warnings.warn(f"{_validate.shown(observer)} sees the run from t = {stepper.t:.6g} on alone: {archive.path} has no "
                           f"notes of an observer of its class with its fields (of others: {known})", RuntimeWarning, stacklevel=3)
+    if waiting and not said:
+        lost = ", ".join(str(one["class"]) for one, _, _ in waiting)
+        warnings.warn(f"{archive.path} keeps notes of {lost}, and no observer goes on with them: give such observers, "
+                      "with the same fields, as `observers`, or what the run has seen is lost", RuntimeWarning, stacklevel=3)

@@ -20,14 +20,14 @@ UNIT = "m/s over the ground: 36 mm/h = 1e-5 m/s"
 
 @attrs.frozen
 class Rain(Source):
-    """Rain of a rate over the ground, m/s; infiltration where it is negative, of at most the water that is there.
+    """Rain of an intensity, m/s over the ground; infiltration where it is negative, of at most the water that is there.
 
-    Exact in a step. Rain wets dry ground, and counts as entered: `fvkit.Stats`. A ``rate`` that is not 0 in a few cells alone
-    is a point source: discharge, m^2/s, over the length of these cells.
+    Exact in a step. Rain wets dry ground, and counts as entered: `fvkit.Stats`. An ``intensity`` that is not 0 in a few cells
+    alone is a point source: discharge, m^2/s, over the length of these cells.
 
     Parameters
     ----------
-    rate : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone.
+    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone.
     phi : solid fraction of what falls, in [0, 1].
 
     Notes
@@ -46,7 +46,7 @@ class Rain(Source):
     0.100000 m, 1.000000 m^2
     """
 
-    intensity: float = number(alias="rate", hint=UNIT)
+    intensity: float = number(hint=UNIT)
     phi: float = number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction of what falls")
 
     def check(self, model: Any) -> None:

@@ -59,7 +59,7 @@ def within_reach(b: np.ndarray, dx: float, h: np.ndarray, speed: np.ndarray, g: 
 def sentence(slope: float) -> str:
     """Return what is to be said of a slope: its angle, and the error of the driving force."""
     return (f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees: there the driving force of the mild-slope equations is "
-            f"too large by {100.0 * slope * slope:.2g} %")
+            f"too large by {float(f'{100.0 * slope * slope:.2g}'):.15g} %")
 
 
 def is_steep(slope: float) -> bool:

@@ -172,6 +172,13 @@ def test_a_warning_says_that_an_observer_has_no_record(given, then, tmp_path):
         fv.resume(path, observers=then)
 
 
+def test_notes_that_no_observer_goes_on_with_are_not_dropped_in_silence(tmp_path):
+    path = tmp_path / "run.npz"
+    solve(dam_break(50), observers=[fv.Gauge(0.3), fv.Extremes()], max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    with pytest.warns(RuntimeWarning, match=r"run.npz keeps notes of Extremes, and no observer goes on with them.*`observers`"):
+        fv.resume(path, observers=[fv.Gauge(0.3)])
+
+
 def test_functions_and_observers_of_a_run_that_has_not_begun_need_no_record(tmp_path):
     path = tmp_path / "run.npz"
     solve(dam_break(50), max_steps=0, throw=False, checkpoint=fv.Checkpoint(path))
