@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.plot import COLORS, new_axes
+from fvkit.output.figures import COLORS, new_axes
 
 NAMES, TRUE, START = ("sources.v_T", "sources.nu"), np.array([2.0, 0.53170943]), np.array([0.5, 0.3])
 GAUGE, NOISE, TIMES = 6.0, 0.002, np.linspace(0.05, 2.0, 40)

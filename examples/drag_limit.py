@@ -23,7 +23,7 @@ from scipy.integrate import cumulative_trapezoid, solve_ivp, trapezoid
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.plot import COLORS, new_axes
+from fvkit.output.figures import COLORS, new_axes
 
 SCENE = gr.scene("dam-break-phi")
 LIMIT = gr.exact.reduced_riemann((3.0, 0.7, 0.0), (2.0, 0.4, 0.0), g=SCENE.g, gamma=SCENE.gamma)

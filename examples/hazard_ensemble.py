@@ -21,7 +21,7 @@ from scipy import stats
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.plot import COLORS, new_axes
+from fvkit.output.figures import COLORS, new_axes
 
 RANGES = {"volume": (4.0, 12.0), "sources.v_T": (0.1, 10.0, "log"), "gamma": (0.35, 0.55),
           "sources.nu": stats.truncnorm(-2.5, 2.5, 0.45, 0.05)}

@@ -19,7 +19,7 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.plot import COLORS, new_axes
+from fvkit.output.figures import COLORS, new_axes
 
 NAMES = ("riemann", "dam-break-phi", "phi-jump")
 SCENES = {name: gr.scene(name) for name in NAMES}

@@ -10,7 +10,7 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.moving_scenes import STEADY, profile
+from fvkit_granular.scenes.library.steady_flow import STEADY, profile
 
 MODEL, CELLS, EPS = gr.TwoPhase(), 100, 1e-6
 

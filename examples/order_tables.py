@@ -14,7 +14,7 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.scene import FunctionReference
+from fvkit_granular.scenes.reference import FunctionReference
 
 FULL = "--full" in sys.argv
 CELLS = (20, 40, 80, 160) if FULL else (20, 40, 80)

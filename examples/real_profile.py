@@ -23,7 +23,7 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.plot import COLORS, new_axes
+from fvkit.output.figures import COLORS, new_axes
 
 #: Depth that counts as debris, m, speed of grains that counts as deposited, m/s, and how much the picture stretches depths.
 THRESHOLD, SLOW, STRETCH = 0.1, 0.5, 8.0

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.plot import new_axes, plot_series, style
+from fvkit.output.figures import new_axes, plot_series, style
 
 NAMES = ("simple-wave", "slip-over-bottom", "riemann", "dam-break-phi", "perturbed-rest")
 ROE = fv.Roe()

@@ -12,32 +12,36 @@ True
 from importlib import import_module
 from typing import Any
 
-from fvkit.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
-from fvkit.checkpoint import Checkpoint
-from fvkit.contract import PointwiseError
-from fvkit.grid import Grid
-from fvkit.integrators import ARK4, DP5, SSPRK3, SSPRK104, Integrator
-from fvkit.limiters import MC, Limiter, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
-from fvkit.model import Model
-from fvkit.models import Acoustics, Advection, Burgers
-from fvkit.observers import Extremes, Gauge, Observer
+from fvkit.output.citation import VERSION as __version__
+from fvkit.output.load import load
+from fvkit.output.solution import Solution
+from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import maximum, minimum, where
-from fvkit.problem import Problem
-from fvkit.reconstruction import MP5, MUSCL, WENO5, Reconstruction
-from fvkit.resume import resume
-from fvkit.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusanov
-from fvkit.schemes import MethodOfLines, Scheme, WavePropagation
-from fvkit.solution import Interrupted, Solution, SolveError, Stats, Status
-from fvkit.solve import rhs, solve
-from fvkit.sources import Forcing, Godunov, Source, Splitting, Strang
-from fvkit.stepper import Stepper
-from fvkit.stopping import Stop, StopAtRest
-from fvkit.storage import load
-from fvkit.study.convergence import convergence
-from fvkit.study.orders import Convergence, OrderError
+from fvkit.pointwise.contract import PointwiseError
+from fvkit.problem.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
+from fvkit.problem.grid import Grid
+from fvkit.problem.model import Model
+from fvkit.problem.problem import Problem
+from fvkit.problem.sources import Forcing, Source
+from fvkit.problem.teaching_models import Acoustics, Advection, Burgers
+from fvkit.run.checkpoint import Checkpoint
+from fvkit.run.observers import Extremes, Gauge, Observer
+from fvkit.run.resume import resume
+from fvkit.run.rhs import rhs
+from fvkit.run.solve import solve
+from fvkit.run.stepper import Stepper
+from fvkit.run.stopping import Stop, StopAtRest
+from fvkit.schemes.integrators import ARK4, DP5, SSPRK3, SSPRK104, Integrator
+from fvkit.schemes.limiters import MC, Limiter, Minmod, NoLimiter, Superbee, ThirdOrder, VanLeer
+from fvkit.schemes.method_of_lines import MethodOfLines
+from fvkit.schemes.reconstruction import MP5, MUSCL, WENO5, Reconstruction
+from fvkit.schemes.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusanov
+from fvkit.schemes.scheme import Scheme
+from fvkit.schemes.splitting import Godunov, Splitting, Strang
+from fvkit.schemes.wave_propagation import WavePropagation
+from fvkit.studies.convergence import convergence
+from fvkit.studies.orders import Convergence, OrderError
 from fvkit.sweeps import Keep, Samples, SweepResult, sweep
-
-__version__ = "0.1.0"
 
 __all__ = [
     "ARK4",
@@ -98,6 +102,7 @@ __all__ = [
     "VanLeer",
     "Wall",
     "WavePropagation",
+    "__version__",
     "convergence",
     "load",
     "maximum",

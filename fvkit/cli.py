@@ -13,7 +13,9 @@ from io import TextIOWrapper
 from typing import Any, TextIO
 
 from fvkit import __version__
-from fvkit.solution import SolveError
+from fvkit.backends.compiled import disk_cache
+from fvkit.output.citation import bibtex
+from fvkit.output.status import SolveError
 
 #: Exit codes.
 SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
@@ -41,7 +43,7 @@ def add_command(commands: Any, name: str, run: Command, summary: str, example: s
 
 
 def build_parser() -> Parser:
-    """Return the parser with the commands of all installed plug-ins (entry points ``fvkit.commands``)."""
+    """Return the parser with the commands of all installed plug-ins (entry points ``fvkit.cli``)."""
     parser = Parser(prog="fvkit", description="Finite volumes for hyperbolic systems: run scenes, compare solvers.",
                     epilog="example:\n  fvkit compare riemann", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"fvkit {__version__}")
@@ -125,3 +127,23 @@ def _warn(message: Warning | str, category: type[Warning], filename: str, lineno
 
 if __name__ == "__main__":
     sys.exit(main())
+
+
+def register(commands: Any) -> None:
+    """Add the commands to the parser of ``fvkit``."""
+    parser = add_command(commands, "cache", _cache, "show or clear the compiled kernels that are kept on disk",
+                         "fvkit cache --clear")
+    parser.add_argument("--clear", action="store_true", help="remove them")
+    add_command(commands, "cite", _cite, "print what to cite for results, as BibTeX", "fvkit cite >> references.bib")
+
+
+def _cache(options: argparse.Namespace) -> int:
+    found = disk_cache.clear() if options.clear else disk_cache.contents()
+    print(f"{found.folder}: {found.kernels} kernels, {found.size / 1e6:.1f} MB{' removed' if options.clear else ''}"
+          f" (set {disk_cache.VARIABLE} for another folder)")
+    return SUCCESS
+
+
+def _cite(options: argparse.Namespace) -> int:
+    print(bibtex(__version__))
+    return SUCCESS

@@ -2,47 +2,46 @@
 
 from typing import TYPE_CHECKING, Any
 
-from fvkit_granular import scenes, shapes
-from fvkit_granular.advise import Advice, advise
-from fvkit_granular.columns import Profile
-from fvkit_granular.compare import compare
-from fvkit_granular.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
-from fvkit_granular.friction import BasalFriction, CoulombFriction, Manning, Voellmy
-from fvkit_granular.front import Front
-from fvkit_granular.given_flow import GivenFlow
-from fvkit_granular.inflow import Hydrograph
-from fvkit_granular.outflow import Stage, UniformSlope
-from fvkit_granular.pitman_le import PitmanLe
-from fvkit_granular.rain import Rain
-from fvkit_granular.reduced import Reduced
-from fvkit_granular.relaxation import Relaxation
-from fvkit_granular.scene import FunctionReference, Reference, Scene, SelfConverged
-from fvkit_granular.scene_file import load_scene
-from fvkit_granular.scene_run import SceneRun
-from fvkit_granular.scene_text import scene_text
-from fvkit_granular.scenes import scene, scene_names
-from fvkit_granular.shallow_water import ShallowWater
-from fvkit_granular.shaped_flow import ShapedFlow
-from fvkit_granular.slope import SteepSlopeWarning
-from fvkit_granular.steady import MovingEquilibrium, steady
-from fvkit_granular.two_layer import TwoLayer
-from fvkit_granular.two_phase import TwoPhase
+from fvkit_granular import scenes
+from fvkit_granular.boundaries import GivenFlow, Hydrograph, Stage, UniformSlope
+from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
+from fvkit_granular.models.pitman_le import PitmanLe
+from fvkit_granular.models.reduced import Reduced
+from fvkit_granular.models.relaxation import Relaxation
+from fvkit_granular.models.shallow_water import ShallowWater
+from fvkit_granular.models.two_layer import TwoLayer
+from fvkit_granular.models.two_phase import TwoPhase
+from fvkit_granular.observers import Front
+from fvkit_granular.scenes import shapes
+from fvkit_granular.scenes.library.catalogue import scene, scene_names
+from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
+from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.scenes.shapes import Profile, ShapedFlow
+from fvkit_granular.scenes.slope import SteepSlopeWarning
+from fvkit_granular.scenes.toml.read import load_scene
+from fvkit_granular.scenes.toml.write import scene_text
+from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Manning, Voellmy
+from fvkit_granular.sources.rain import Rain
+from fvkit_granular.studies.advise import Advice, advise
+from fvkit_granular.studies.compare import compare
+from fvkit_granular.studies.scene_run import SceneRun
 
 if TYPE_CHECKING:
-    from fvkit_granular import exact, pictures
+    from fvkit_granular import exact, plots
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference", "GivenFlow", "Hydrograph",
     "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Scene",
     "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "Stage", "SteepSlopeWarning", "TwoLayer", "TwoPhase",
-    "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "pictures", "scene", "scene_names",
+    "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "plots", "scene", "scene_names",
     "scene_text", "scenes", "shapes", "steady",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import `exact` and scipy, or `pictures` and matplotlib, when they are first asked for."""
-    if name in ("exact", "pictures"):
+    """Import `exact` and scipy, or `plots` and matplotlib, when they are first asked for."""
+    if name in ("exact", "plots"):
         from importlib import import_module
 
         return import_module(f"fvkit_granular.{name}")

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.part import Part
 from fvkit.pointwise import combine, scale
+from fvkit.pointwise.part import Part
 
 #: These tests are about the numerics, so they run on NumPy: quick, and without compilation.
 solve, Stepper = partial(fv.solve, backend="numpy"), partial(fv.Stepper, backend="numpy")

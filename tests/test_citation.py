@@ -5,8 +5,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import fvkit
-from fvkit.citation import CITATION, MODEL, Work, bibtex, package
 from fvkit.cli import SUCCESS, main
+from fvkit.output.citation import CITATION, MODEL, Work, bibtex, package
 
 TOP = Path(__file__).parent.parent
 CFF = (TOP / "CITATION.cff").read_text(encoding="utf-8")

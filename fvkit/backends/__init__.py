@@ -3,22 +3,22 @@
 import os
 import warnings
 
-from fvkit import _validate
-from fvkit.backends.base import Kernel, March, Outcome
-from fvkit.backends.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
-from fvkit.backends.numpy_kernel import CHUNK, NumpyKernel, StagedNumpyKernel
-from fvkit.backends.threads import ThreadedKernel
-from fvkit.backends.trace import Untraceable
-from fvkit.problem import Problem
-from fvkit.riemann import RiemannSolver
-from fvkit.schemes.base import Parts, Scheme
+from fvkit import validation
+from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
+from fvkit.backends.compiled.threads import ThreadedKernel
+from fvkit.backends.kernel import Kernel
+from fvkit.backends.march import March, Outcome
+from fvkit.backends.numpy_kernel import NumpyKernel, StagedNumpyKernel
+from fvkit.pointwise.tracing import Untraceable
+from fvkit.problem.problem import Problem
+from fvkit.schemes.riemann import RiemannSolver
+from fvkit.schemes.scheme import Parts, Scheme
 
 #: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
 BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
 
 __all__ = [
     "BACKENDS",
-    "CHUNK",
     "Kernel",
     "March",
     "NumbaKernel",
@@ -39,7 +39,7 @@ def array_kernel(problem: Problem, scheme: Scheme, parts: Parts) -> NumpyKernel:
 def backend_for(riemann: RiemannSolver, backend: str) -> str:
     """Return the backend that ``$FVKIT_BACKEND`` makes of ``"auto"``; ValueError where it cannot run the Riemann solver."""
     if backend == "auto":
-        backend = _validate.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
+        backend = validation.choice(os.environ.get(VARIABLE, "auto"), f"${VARIABLE}", BACKENDS)
     if not riemann.compilable and backend == "numba":
         raise ValueError(f"{type(riemann).__name__} needs whole arrays: use backend='numpy' or 'auto', got 'numba'")
     return backend

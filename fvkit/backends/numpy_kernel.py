@@ -5,15 +5,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.base import March, deepness, imposed
-from fvkit.backends.program import TRANSPORT, Term, program
-from fvkit.backends.runner import Field, Runner, cut
-from fvkit.backends.stepwise import Lost, StepwiseKernel, Trial
-from fvkit.problem import Problem
-from fvkit.schemes.base import Parts, Scheme
+from fvkit.backends.kernel import deepness, imposed
+from fvkit.backends.march import March
+from fvkit.backends.numpy_stages import Field, Runner, cut
+from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.backends.runge_kutta import TRANSPORT, Term, program
+from fvkit.pointwise import CHUNK
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
 
-#: Cells per chunk, and the number of cells above which the step is cut into chunks: temporaries then stay in cache.
-CHUNK, UNCHUNKED = 8192, 30_000
+#: Number of cells above which the step is cut into chunks of `CHUNK` cells.
+UNCHUNKED = 30_000
 
 
 class NumpyKernel(StepwiseKernel):

@@ -5,16 +5,17 @@ import warnings
 import attrs
 import numpy as np
 
-from fvkit import _validate
-from fvkit.integrators import SSPRK104, Integrator
-from fvkit.model import Model
-from fvkit.reconstruction import MP5, Reconstruction
-from fvkit.riemann import RiemannSolver
-from fvkit.schemes.base import Parts, Read, Scheme, Stage
-from fvkit.schemes.cells import draw, faces, mean_source, near_shore, net_change, reconstruct, third
-from fvkit.schemes.dry import hold_within, mass_fluxes, may_overdraw
-from fvkit.schemes.faces import BOTH, face_stages, here, to_left, to_right
-from fvkit.sources import Source, Splitting, Strang, Unsplit
+from fvkit import validation
+from fvkit.problem.model import Model
+from fvkit.problem.sources import Source
+from fvkit.schemes.integrators import SSPRK104, Integrator
+from fvkit.schemes.reconstruction import MP5, Reconstruction
+from fvkit.schemes.riemann import RiemannSolver
+from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
+from fvkit.schemes.splitting import Splitting, Strang, Unsplit
+from fvkit.schemes.stages.cell_polynomial import draw, faces, mean_source, near_shore, net_change, reconstruct, third
+from fvkit.schemes.stages.faces import BOTH, face_stages, here, to_left, to_right
+from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
 
 @attrs.frozen
@@ -57,13 +58,13 @@ class MethodOfLines(Scheme):
     riemann: RiemannSolver = attrs.field()
     reconstruction: Reconstruction = attrs.field(factory=MP5)
     integrator: Integrator = attrs.field(factory=SSPRK104)
-    cfl: float = _validate.optional_number(above=0.0)
+    cfl: float = validation.optional_number(above=0.0)
     splitting: Splitting = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
-        _validate.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
-        _validate.instance(self.reconstruction, "reconstruction", Reconstruction, "such as fv.MP5()")
-        _validate.instance(self.integrator, "integrator", Integrator, "such as fv.SSPRK104()")
+        validation.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
+        validation.instance(self.reconstruction, "reconstruction", Reconstruction, "such as fv.MP5()")
+        validation.instance(self.integrator, "integrator", Integrator, "such as fv.SSPRK104()")
         object.__setattr__(self, "splitting", Unsplit() if self.integrator.implicit else Strang())
         if self.cfl is None:
             object.__setattr__(self, "cfl", self.integrator.cfl)

@@ -5,17 +5,18 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import _validate
-from fvkit.limiters import MC, Limiter
-from fvkit.model import Model
+from fvkit import validation
 from fvkit.pointwise import TINY, add, combine, dot, maximum, minimum, multiply, scale, weighted, where
-from fvkit.riemann import RiemannSolver
-from fvkit.schemes.base import Parts, Read, Scheme, Stage
-from fvkit.schemes.driven import drive
-from fvkit.schemes.dry import hold_within, mass_fluxes, may_overdraw
-from fvkit.schemes.faces import composite, convexity, face_stages, here, to_left, to_right, upwinding
-from fvkit.schemes.in_cell import finding, resolving, uncorrecting
-from fvkit.sources import Source, Splitting, Strang
+from fvkit.problem.model import Model
+from fvkit.problem.sources import Source
+from fvkit.schemes.limiters import MC, Limiter
+from fvkit.schemes.riemann import RiemannSolver
+from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
+from fvkit.schemes.splitting import Splitting, Strang
+from fvkit.schemes.stages.driven import drive
+from fvkit.schemes.stages.faces import composite, convexity, face_stages, here, to_left, to_right, upwinding
+from fvkit.schemes.stages.in_cell_shocks import finding, resolving, uncorrecting
+from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
 _STATES = (Read("q", -1, 0),)
 _FACE = (*_STATES, Read("aux", -1, 0))
@@ -23,11 +24,11 @@ _FACE = (*_STATES, Read("aux", -1, 0))
 
 def _limiters(value: Any) -> tuple[Limiter, ...]:
     given = value if isinstance(value, tuple) else (value,)
-    return tuple(_validate.instance(item, "limiter", Limiter, "such as fv.MC(), or a tuple of them") for item in given)
+    return tuple(validation.instance(item, "limiter", Limiter, "such as fv.MC(), or a tuple of them") for item in given)
 
 
 def _order(value: Any) -> int:
-    return int(_validate.choice(value, "order", (1, 2)))
+    return int(validation.choice(value, "order", (1, 2)))
 
 
 @attrs.frozen
@@ -75,15 +76,15 @@ class WavePropagation(Scheme):
     riemann: RiemannSolver = attrs.field()
     limiter: Any = attrs.field(factory=MC, converter=_limiters)
     order: int = attrs.field(default=2, converter=_order)
-    cfl: float = _validate.number(0.9, above=0.0, at_most=1.0)
+    cfl: float = validation.number(0.9, above=0.0, at_most=1.0)
     splitting: Splitting = attrs.field(factory=Strang)
-    entropy_fix: bool = _validate.switch(True)
-    cross_term: bool = _validate.switch(True)
-    in_cell_shocks: bool = _validate.switch(False)
+    entropy_fix: bool = validation.switch(True)
+    cross_term: bool = validation.switch(True)
+    in_cell_shocks: bool = validation.switch(False)
 
     def __attrs_post_init__(self) -> None:
-        _validate.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
-        _validate.instance(self.splitting, "splitting", Splitting, "such as fv.Strang()")
+        validation.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
+        validation.instance(self.splitting, "splitting", Splitting, "such as fv.Strang()")
 
     @property
     def cfl_max(self) -> float:

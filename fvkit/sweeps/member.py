@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 import attrs
 import numpy as np
 
-from fvkit import _validate
-from fvkit.interruption import uninterrupted
-from fvkit.solution import Solution, SolveError
-from fvkit.sweeps.keep import Keep
+from fvkit import validation
+from fvkit.output.solution import Solution
+from fvkit.output.status import SolveError
+from fvkit.run.interruption import uninterrupted
+from fvkit.sweeps.outputs import Keep
 
 #: How a member may end, besides the names of `fvkit.Status`: the function raised, the executor never gave an answer, or the
 #: sweep was stopped before it ended.
@@ -68,6 +69,6 @@ def _numbers(returned: Any) -> dict[str, np.ndarray]:
     for name, value in returned.items():
         array = np.asarray(value)
         if array.dtype.kind not in "biufc":
-            raise TypeError(f"output `{name}` must be a number or an array of numbers, got {_validate.shown(value)}")
+            raise TypeError(f"output `{name}` must be a number or an array of numbers, got {validation.shown(value)}")
         result[str(name)] = array
     return result

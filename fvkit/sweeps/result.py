@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit.io import write_whole
+from fvkit.files import write_whole
 from fvkit.sweeps.member import FINISHED, Outcome
 from fvkit.sweeps.samples import Samples
 

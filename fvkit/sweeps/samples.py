@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import _validate, memory
+from fvkit import validation
 
 
 def _values(given: Any) -> dict[str, np.ndarray]:
@@ -67,9 +67,9 @@ class Samples:
         from scipy.stats import qmc  # half a second that other imports of fvkit need not wait for
 
         names = _names(ranges, "ranges")
-        count = _validate.whole(members, "members", at_least=1)
-        memory.check(count, 4 * len(names), "members")
-        sampler = qmc.LatinHypercube(len(names), rng=np.random.default_rng(_validate.whole(seed, "seed", at_least=0)))
+        count = validation.whole(members, "members", at_least=1)
+        validation.check(count, 4 * len(names), "members")
+        sampler = qmc.LatinHypercube(len(names), rng=np.random.default_rng(validation.whole(seed, "seed", at_least=0)))
         shares = sampler.random(count).T
         return cls({name: _spread(name, ranges[name], share) for name, share in zip(names, shares, strict=True)})
 
@@ -96,7 +96,7 @@ class Samples:
 def _names(given: Any, argument: str) -> list[str]:
     if not isinstance(given, Mapping) or not given or not all(isinstance(name, str) for name in given):
         raise TypeError(f"`{argument}` must be a non-empty mapping of names of parameters, such as {{'gamma': [0.3, 0.5]}}, got "
-                        f"{_validate.shown(given)}")
+                        f"{validation.shown(given)}")
     return list(given)
 
 
@@ -106,9 +106,9 @@ def _column(values: Any, name: str) -> np.ndarray:
     except ValueError:  # rows of different lengths
         column = np.empty((0, 0))
     if column.ndim != 1 or not column.size or column.dtype.kind not in "biufU":
-        raise TypeError(f"`{name}` must be a non-empty list of numbers or of names, got {_validate.shown(values)}")
+        raise TypeError(f"`{name}` must be a non-empty list of numbers or of names, got {validation.shown(values)}")
     if column.dtype.kind == "f":
-        _validate.array(column, name)
+        validation.array(column, name)
     return column
 
 
@@ -118,8 +118,8 @@ def _spread(name: str, given: Any, share: np.ndarray) -> np.ndarray:
         return np.asarray(given.ppf(share), dtype=float)
     if not isinstance(given, (tuple, list)) or len(given) not in (2, 3) or given[2:] not in ((), [], ("log",), ["log"]):
         raise ValueError(f"`{name}` must be (lower, upper), (lower, upper, 'log') or a distribution with a method ppf, "
-                         f"got {_validate.shown(given)}")
+                         f"got {validation.shown(given)}")
     log = len(given) == 3
-    low = _validate.real(given[0], f"{name}[0]", above=0.0 if log else None)
-    high = _validate.real(given[1], f"{name}[1]", above=low)
+    low = validation.real(given[0], f"{name}[0]", above=0.0 if log else None)
+    high = validation.real(given[1], f"{name}[1]", above=low)
     return low * (high / low) ** share if log else low + (high - low) * share

@@ -6,16 +6,16 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from fvkit import _validate
-from fvkit.interruption import keeping
-from fvkit.progress import checked, counter
-from fvkit.solution import Solution
-from fvkit.sweeps.crew import Crew
-from fvkit.sweeps.keep import Keep
+from fvkit import validation
+from fvkit.output.solution import Solution
+from fvkit.run.interruption import keeping
+from fvkit.run.progress import checked, counter
+from fvkit.sweeps.folder import Store
 from fvkit.sweeps.member import STOPPED, Function, Outcome, Work
+from fvkit.sweeps.outputs import Keep
 from fvkit.sweeps.result import SweepResult
 from fvkit.sweeps.samples import Samples
-from fvkit.sweeps.store import Store
+from fvkit.sweeps.workers import Crew
 
 
 def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]], executor: Executor | None = None, *,
@@ -59,17 +59,17 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
     -----
     ``folder`` knows the function by its name, not by its code: after a change of the code give another folder.
     """
-    folder = None if folder is None else _validate.file(folder, "folder")
+    folder = None if folder is None else validation.file(folder, "folder")
     samples = parameters if isinstance(parameters, Samples) else \
-        Samples.given(_validate.mapping(parameters, "parameters", "{'gamma': [0.3, 0.5]}"))
-    _validate.function(function, "function", "of the parameters")
+        Samples.given(validation.mapping(parameters, "parameters", "{'gamma': [0.3, 0.5]}"))
+    validation.function(function, "function", "of the parameters")
     work = Work(function, keep if callable(keep) else Keep(() if keep is None else keep))
     if executor is not None and not callable(getattr(executor, "submit", None)):
-        raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {_validate.shown(executor)}; Dask's is "
+        raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {validation.shown(executor)}; Dask's is "
                         "Client(...).get_executor()")
-    crew = Crew(work, executor, None if workers is None else _validate.whole(workers, "workers", at_least=1),
-                None if batch is None else _validate.whole(batch, "batch", at_least=1),
-                _validate.whole(retries, "retries", at_least=0))
+    crew = Crew(work, executor, None if workers is None else validation.whole(workers, "workers", at_least=1),
+                None if batch is None else validation.whole(batch, "batch", at_least=1),
+                validation.whole(retries, "retries", at_least=0))
     started = perf_counter()
     store = None if folder is None else Store.open(folder, work, samples)
     known: dict[int, Outcome] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}

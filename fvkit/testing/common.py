@@ -1,5 +1,4 @@
 """What the conformance suites share."""
-
 import json
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -8,9 +7,9 @@ import attrs
 import numpy as np
 import pytest
 
-from fvkit import Model, RiemannSolver, _validate
-from fvkit.backends.numba_kernel import available
-from fvkit.riemann import HLL, Roe, Rusanov
+from fvkit import Model, RiemannSolver, validation
+from fvkit.backends.compiled.numba_kernel import available
+from fvkit.schemes.riemann import HLL, Roe, Rusanov, default_riemann
 
 #: The backends that are installed.
 BACKENDS = ("numpy", "numba") if available() else ("numpy",)
@@ -25,7 +24,7 @@ class Suite:
         super().__init_subclass__(**options)
         for name, kind in cls.kinds.items():
             if name in vars(cls):
-                _validate.instance(vars(cls)[name], f"{name} of {cls.__name__}", kind)
+                validation.instance(vars(cls)[name], f"{name} of {cls.__name__}", kind)
 
 
 class OnModel(Suite):
@@ -44,17 +43,17 @@ class OnModel(Suite):
     def given(self, seed: int, count: int) -> tuple[Any, ...]:
         """`aux`, of the right shape."""
         shape = (len(self.model.aux), count)
-        return tuple(_validate.array(self.aux(np.random.default_rng(seed), count), "aux(rng, count)", shape))
+        return tuple(validation.array(self.aux(np.random.default_rng(seed), count), "aux(rng, count)", shape))
 
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """`states`, of the right shape."""
-        return _validate.array(self.states(rng, count), "states(rng, count)", (len(self.model.conserved), count))
+        return validation.array(self.states(rng, count), "states(rng, count)", (len(self.model.conserved), count))
 
 
 def solvers(model: Model) -> list[RiemannSolver]:
     """Return the Riemann solvers that serve a model, its default among them."""
     found: list[RiemannSolver] = [solver for solver in (Roe(), HLL(), Rusanov()) if solver.serves(model)]
-    own = model.default_riemann()
+    own = default_riemann(model)
     return found if own in found else [own, *found]
 
 

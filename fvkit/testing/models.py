@@ -1,5 +1,4 @@
 """`ModelConformance`: what a model must do, whatever its equations."""
-
 from collections.abc import Mapping
 from functools import partial
 from itertools import pairwise
@@ -8,8 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, answers, solve
-from fvkit.schemes import MethodOfLines
+from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, solve
+from fvkit.problem import answers
+from fvkit.schemes.method_of_lines import MethodOfLines
+from fvkit.schemes.riemann import default_riemann
 from fvkit.testing.common import BACKENDS, OnModel, check_is_data, close, matrices, need, rows, solvers
 
 #: Number of random states of a check.
@@ -137,8 +138,8 @@ class ModelConformance(OnModel):
 
     def test_the_cell_integral_is_that_of_the_jump(self) -> None:
         need(self.model, "cell_integral", "jump")
-        from fvkit.polynomial import polynomial
-        from fvkit.schemes.cells import romberg
+        from fvkit.pointwise.polynomial import polynomial
+        from fvkit.schemes.stages.cell_polynomial import romberg
 
         q, rng = self.drawn(5), np.random.default_rng(6)
         aux = np.array(self.given(6, COUNT)).reshape(len(self.model.aux), COUNT)
@@ -214,7 +215,7 @@ class ModelConformance(OnModel):
 
     def test_second_order_of_larger_waves(self) -> None:
         """Small waves are almost linear: they hide a `cross` that is missing or wrong."""
-        scheme = WavePropagation(self.model.default_riemann(), NoLimiter())
+        scheme = WavePropagation(default_riemann(self.model), NoLimiter())
         self.check_order(scheme, (40, 80, 160), self.order[0] - 0.2, self.large)
 
     def test_speeds_between_two_states_are_bounded(self) -> None:
@@ -230,9 +231,9 @@ class ModelConformance(OnModel):
             assert (upper <= high + width).all()
 
     def test_fifth_order_where_the_flow_is_smooth(self) -> None:
-        from fvkit.integrators import DP5
+        from fvkit.schemes.integrators import DP5
 
-        self.check_order(MethodOfLines(self.model.default_riemann(), integrator=DP5()), (20, 40, 80), self.order[1])
+        self.check_order(MethodOfLines(default_riemann(self.model), integrator=DP5()), (20, 40, 80), self.order[1])
 
     def check_order(self, scheme: Any, cells: tuple[int, ...], order: float, size: float | None = None) -> None:
         """Differences of successive grids fall with the order; ``size`` is that of the waves."""
@@ -245,13 +246,13 @@ class ModelConformance(OnModel):
         if "numba" not in BACKENDS:
             pytest.skip("numba is not installed")
         problem = self.waves(70, 5.0 * self.smooth)
-        for scheme in (WavePropagation(self.model.default_riemann()), MethodOfLines(self.model.default_riemann())):
+        for scheme in (WavePropagation(default_riemann(self.model)), MethodOfLines(default_riemann(self.model))):
             ends = [solve(problem, scheme, backend=backend, nonhyperbolic="ignore").q[-1] for backend in BACKENDS]
             close(ends[0], ends[1], 1e-11)
 
     def test_a_stop_and_a_new_start_change_nothing(self) -> None:
         problem = self.waves(40, self.smooth)
-        whole, cut = (Stepper(problem, WavePropagation(self.model.default_riemann()), backend="numpy", nonhyperbolic="ignore")
+        whole, cut = (Stepper(problem, WavePropagation(default_riemann(self.model)), backend="numpy", nonhyperbolic="ignore")
                       for _ in range(2))
         whole.run(problem.t_end, 6)
         for _ in range(3):

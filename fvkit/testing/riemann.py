@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from fvkit import Grid, Model, Periodic, Problem, RiemannSolver, Stepper, WavePropagation, answers, solve
+from fvkit import Grid, Model, Periodic, Problem, RiemannSolver, Stepper, WavePropagation, solve
+from fvkit.problem import answers
 from fvkit.testing.common import BACKENDS, OnModel, check_is_data, close, matrices, rows
 
 #: Number of random faces of a check.

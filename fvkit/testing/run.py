@@ -9,8 +9,8 @@ from typing import Any
 import attrs
 import pytest
 
-from fvkit._validate import shown
 from fvkit.testing.common import Suite
+from fvkit.validation import shown
 
 
 @attrs.frozen

@@ -24,19 +24,19 @@ is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every
 ``at`` that returns a dict of observables.
 """
 
+from fvkit_granular.exact.bernoulli import bernoulli_depth, critical_depth, steady_flow
 from fvkit_granular.exact.drag import UniformDrag, uniform_drag
-from fvkit_granular.exact.fans import RarefactionFans, rarefaction_fans
-from fvkit_granular.exact.path_sensitivity import path_sensitivity
-from fvkit_granular.exact.paths import PATHS
-from fvkit_granular.exact.pseudo_spectral import PeriodicFlow, periodic_flow
+from fvkit_granular.exact.periodic_flow import PeriodicFlow, periodic_flow
 from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
 from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
 from fvkit_granular.exact.simple_wave import SimpleWave, hump, simple_wave
 from fvkit_granular.exact.sliding import Accelerated, accelerated, block_stop, sliding_acceleration
 from fvkit_granular.exact.states import NoFourWaveSolution, TwoPhaseState, Wave
-from fvkit_granular.exact.steady import bernoulli_depth, critical_depth, steady_flow
 from fvkit_granular.exact.thacker import ThackerBasin, thacker_basin
-from fvkit_granular.exact.two_phase import TwoPhaseRiemann, TwoPhaseWave, two_phase_riemann
+from fvkit_granular.exact.two_phase.fans import RarefactionFans, rarefaction_fans
+from fvkit_granular.exact.two_phase.path_sensitivity import path_sensitivity
+from fvkit_granular.exact.two_phase.paths import PATHS
+from fvkit_granular.exact.two_phase.riemann import TwoPhaseRiemann, TwoPhaseWave, two_phase_riemann
 
 __all__ = [
     "PATHS",

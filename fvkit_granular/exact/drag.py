@@ -12,9 +12,9 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike
 
-from fvkit._validate import real
+from fvkit.validation import real
 from fvkit_granular.exact.states import FloatArray, TwoPhaseState, density_ratio, two_phase_state
-from fvkit_granular.slip import decayed_slip, drag_rate, velocities_from_slip
+from fvkit_granular.sources.slip_decay import decayed_slip, drag_rate, velocities_from_slip
 
 
 @frozen

@@ -13,7 +13,7 @@ from attrs import frozen
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from fvkit._validate import real
+from fvkit.validation import real
 from fvkit_granular.exact.states import FloatArray, Wave, density_ratio, finite_tuple, similarity
 
 

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 from scipy.optimize.elementwise import find_root
 
-from fvkit._validate import floats, function, real, shown
-from fvkit._validate import interval as checked_interval
+from fvkit.validation import floats, function, real, shown
+from fvkit.validation import interval as checked_interval
 from fvkit_granular.exact.states import FloatArray
 
 #: Samples of the profile that find its extreme speeds and where it steepens first.

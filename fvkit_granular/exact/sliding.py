@@ -12,7 +12,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike
 
-from fvkit._validate import array, real, shown
+from fvkit.validation import array, real, shown
 from fvkit_granular.exact.states import FloatArray
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike, NDArray
 
-from fvkit._validate import is_single, real, shown
+from fvkit.validation import is_single, real, shown
 
 FloatArray = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike
 
-from fvkit._validate import real
+from fvkit.validation import real
 from fvkit_granular.exact.states import FloatArray
 
 

@@ -1,7 +1,7 @@
 """`stress`: every hard scene with every model, solver, order and backend, each run judged by what must hold."""
 
 from fvkit_granular.stress.random_report import RandomReport
-from fvkit_granular.stress.randomly import random_stress
+from fvkit_granular.stress.random_runs import random_stress
 from fvkit_granular.stress.report import StressReport
 from fvkit_granular.stress.suite import stress
 

@@ -7,9 +7,9 @@ scheme that has changed, not one that could be better.
 import attrs
 import numpy as np
 
-from fvkit._validate import choice
-from fvkit_granular.hard_scenes import ABSENT
-from fvkit_granular.scene_file import SUFFIX
+from fvkit.validation import choice
+from fvkit_granular.scenes.library.dry_and_extreme import ABSENT
+from fvkit_granular.scenes.toml.read import SUFFIX
 from fvkit_granular.stress.checks import (
     Judge,
     at_rest,

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fvkit import Problem, Solution
-from fvkit_granular.scene import Reference, Scene
+from fvkit_granular.scenes.reference import Reference
+from fvkit_granular.scenes.scene import Scene
 
 
 class Run(NamedTuple):

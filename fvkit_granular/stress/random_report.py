@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit.io import write_whole
-from fvkit.plot import new_axes
-from fvkit.study.layout import plain, table
+from fvkit.files import write_whole
+from fvkit.output.figures import new_axes
+from fvkit.studies.tables import plain, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 #: Runs that did not end well, of one model, solver and order, that are printed; the files have all.
 SHOWN = 20

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from fvkit.io import write_whole
-from fvkit.plot import new_axes
-from fvkit.study.layout import plain, table
-from fvkit_granular.stress.limits import LIMITS
+from fvkit.files import write_whole
+from fvkit.output.figures import new_axes
+from fvkit.studies.tables import plain, table
+from fvkit_granular.stress.known_limits import LIMITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 #: Verdicts from best to worst, with their colours.
 VERDICTS = {"pass": "#4c9f70", "expected": "#e3b23c", "BETTER": "#3d7ea6", "FAIL": "#c1444b"}

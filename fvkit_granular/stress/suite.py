@@ -8,17 +8,17 @@ from itertools import product
 from typing import Any
 
 from fvkit import SolveError, Stepper, WavePropagation, solve
-from fvkit.backends.numba_kernel import available
-from fvkit.interruption import keeping, uninterrupted
-from fvkit.study.covering import covering
-from fvkit.study.report import environment
-from fvkit.sweeps.crew import begin_worker, end_processes
-from fvkit_granular.parts import MODELS
-from fvkit_granular.parts import RIEMANN as SOLVERS
-from fvkit_granular.scene_file import find_scene
+from fvkit.backends.compiled.numba_kernel import available
+from fvkit.run.interruption import keeping, uninterrupted
+from fvkit.studies.covering import covering
+from fvkit.studies.report import environment
+from fvkit.sweeps.workers import begin_worker, end_processes
+from fvkit_granular.models.registry import MODELS
+from fvkit_granular.models.registry import RIEMANN as SOLVERS
+from fvkit_granular.scenes.toml.read import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.checks import Check, Run, finished, masses_kept, never_negative
-from fvkit_granular.stress.limits import LIMITS
+from fvkit_granular.stress.known_limits import LIMITS
 from fvkit_granular.stress.report import StressReport
 
 #: A run is given up after this many times its nominal steps.

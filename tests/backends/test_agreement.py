@@ -10,7 +10,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.study.covering import covering
+from fvkit.studies.covering import covering
 
 AXES: dict[str, tuple[str, ...]] = {
     "model": ("two-phase", "reduced", "shallow", "burgers", "advection", "acoustics"), "riemann": ("relaxation", "roe", "hll", "rusanov"),

@@ -7,8 +7,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.numba_kernel import available
-from fvkit.backends.threads import SMALLEST
+from fvkit.backends.compiled.numba_kernel import available
+from fvkit.backends.compiled.threads import SMALLEST
 
 BACKENDS = ["numpy", pytest.param("numba", marks=pytest.mark.skipif(not available(), reason="needs the extra fast"))]
 SCHEMES = {"waves": fv.WavePropagation(gr.Relaxation()), "lines": fv.MethodOfLines(gr.Relaxation())}

@@ -7,7 +7,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.stress.draws import setting_of
+from fvkit_granular.stress.random_scenes import setting_of
 from tests.granular.fingerprints import FILE, TOLERANCE, distance, fingerprint, scene_of
 
 pytest.importorskip("numba")

@@ -14,10 +14,11 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends import NumbaKernel, cache
-from fvkit.backends.generator import generate
-from fvkit.backends.halo import plan
-from fvkit.backends.numba_kernel import _loaded
+from fvkit.backends import NumbaKernel
+from fvkit.backends.compiled import disk_cache
+from fvkit.backends.compiled.generator import generate
+from fvkit.backends.compiled.numba_kernel import _loaded
+from fvkit.backends.plan import plan
 
 
 def text(scheme: fv.WavePropagation, model: fv.Model | None = None, sources: tuple[fv.Source, ...] = (), b: float = 0.1,
@@ -163,13 +164,13 @@ def test_a_folder_that_cannot_be_written_gives_a_warning_and_a_result(tmp_path):
 
 def test_the_cache_can_be_listed_and_cleared(tmp_path, monkeypatch):
     monkeypatch.setenv("FVKIT_CACHE", str(tmp_path / "other"))
-    assert cache.contents().kernels == 0
-    path, lasting = cache.place("kernel_test", "x = 1\n")
+    assert disk_cache.contents().kernels == 0
+    path, lasting = disk_cache.place("kernel_test", "x = 1\n")
     assert lasting
     assert stat.S_ISREG(path.stat().st_mode)
-    assert cache.contents().kernels == 1
-    assert cache.clear().kernels == 1
-    assert cache.contents() == cache.Contents(tmp_path / "other", 0, 0)
+    assert disk_cache.contents().kernels == 1
+    assert disk_cache.clear().kernels == 1
+    assert disk_cache.contents() == disk_cache.Contents(tmp_path / "other", 0, 0)
 
 
 @pytest.mark.parametrize("package", ["fvkit", "fvkit_granular"])
@@ -183,8 +184,8 @@ def compiled_alone(function):
     """Compile a function of one value by the emitter, to run on an array."""
     import numba
 
-    from fvkit.backends.emit import block
-    from fvkit.backends.trace import Graph
+    from fvkit.backends.compiled.llvm import block
+    from fvkit.pointwise.tracing import Graph
 
     made = block("made", [function(Graph().node("load", "x"))], lambda node: node.operation == "load").compiled()
 
@@ -231,7 +232,7 @@ def test_the_cache_command_shows_and_clears(tmp_path, monkeypatch, capsys):
     from fvkit.cli import main
 
     monkeypatch.setenv("FVKIT_CACHE", str(tmp_path))
-    cache.place("kernel_test", "x = 1\n")
+    disk_cache.place("kernel_test", "x = 1\n")
     assert main(["cache"]) == 0
     assert f"{tmp_path}: 1 kernels" in capsys.readouterr().out
     assert main(["cache", "--clear"]) == 0

@@ -5,7 +5,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.writer import TILE
+from fvkit.backends.compiled.loops import TILE
 
 pytest.importorskip("numba")
 

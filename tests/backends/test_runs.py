@@ -10,7 +10,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends import threads
+from fvkit.backends.compiled import threads
 
 
 def long_run() -> fv.Problem:

@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fvkit as fv
-from fvkit.backends import emit
-from fvkit.backends.emit import block
-from fvkit.backends.trace import Expr, Graph, Untraceable, keeping_nan, needed
+from fvkit.backends.compiled import llvm
+from fvkit.backends.compiled.llvm import block
+from fvkit.pointwise.tracing import Expr, Graph, Untraceable, keeping_nan, needed
 
 values = st.floats(-20.0, 20.0).map(lambda x: 0.0 if abs(x) < 1e-100 else x)
 OPERATIONS = {
@@ -68,11 +68,11 @@ def test_products_are_contracted_once_and_only_where_the_processor_can(monkeypat
     both, used = x * y + y * y, x * x
     nodes = tuple(needed([both, used + x, used], lambda node: node.operation == "load"))
     inside = tuple(node for node in nodes if node.operation != "load")
-    assert emit.contracted(inside, (both, used + x, used)) == {(x * y).index}
+    assert llvm.contracted(inside, (both, used + x, used)) == {(x * y).index}
     near = 1.0 + 2.0**-30  # its square has more digits than there is room for
     once = float(Fraction(near) ** 2 - 1)
     for fma, wanted in ((True, once), (False, near * near - 1.0)):
-        monkeypatch.setattr(emit, "has_fma", lambda fma=fma: fma)
+        monkeypatch.setattr(llvm, "has_fma", lambda fma=fma: fma)
         monkeypatch.setitem(OPERATIONS, "contraction", lambda x, y: x * y - 1.0)
         assert compiled.__wrapped__("contraction")(near, near) == wanted
     assert once != near * near - 1.0

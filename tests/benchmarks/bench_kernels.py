@@ -4,7 +4,7 @@ import pytest
 
 from fvkit import HLL, Roe, Rusanov
 from fvkit_granular import Reduced, Relaxation, ShallowWater, TwoPhase
-from fvkit_granular.bench import stepping
+from fvkit_granular.studies.bench import stepping
 
 STEPS = 100
 

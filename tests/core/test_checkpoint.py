@@ -13,7 +13,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.numba_kernel import available
+from fvkit.backends.compiled.numba_kernel import available
 from fvkit.cli import main
 from tests.cases import solve
 
@@ -88,7 +88,7 @@ def test_a_finished_run_is_resumed_to_itself(path):
 @pytest.mark.parametrize(("seconds", "interval"), [(0.0, None), (None, 0.04), (None, None)])
 def test_checkpoints_leave_the_run_as_it_is_and_are_written_when_due(seconds, interval, path, monkeypatch):
     seen = []
-    monkeypatch.setattr("fvkit.checkpoint.write_archive", lambda target, arrays: seen.append(float(arrays["real"][0])))
+    monkeypatch.setattr("fvkit.run.checkpoint.write_archive", lambda target, arrays: seen.append(float(arrays["real"][0])))
     whole = solve(avalanche(), times=TIMES)
     kept = solve(avalanche(), times=TIMES, observers=[lambda stepper: None], checkpoint=fv.Checkpoint(path, seconds, interval))
     assert_same(kept, whole)

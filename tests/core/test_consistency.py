@@ -6,7 +6,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.sources import Unsplit
+from fvkit.schemes.splitting import Unsplit
 
 WAVES, LINES = fv.WavePropagation, fv.MethodOfLines
 

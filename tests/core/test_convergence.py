@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fvkit as fv
-from fvkit.study.budget import predicted
+from fvkit.studies.cost import predicted
 from tests.cases import PSystem, Traffic, averages, burgers_exact, l1, solve
 
 K = 2.0 * np.pi

@@ -9,7 +9,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit import answers
+from fvkit.problem import answers
 from fvkit.testing import ModelConformance
 from fvkit.testing.common import BACKENDS
 

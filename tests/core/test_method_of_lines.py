@@ -1,5 +1,4 @@
 """The method of lines for any law: tableaux, polynomials, order, user's own parts, refusals."""
-
 from functools import partial
 from itertools import pairwise
 
@@ -10,8 +9,9 @@ from scipy.integrate import solve_ivp
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.program import program
-from fvkit.polynomial import exchange, polynomial, product_slope
+from fvkit.backends.runge_kutta import program
+from fvkit.pointwise.polynomial import exchange, polynomial, product_slope
+from fvkit.schemes.riemann import default_riemann
 from tests.cases import PSystem, Traffic, averages, burgers_exact, l1, name_of, orders, solve
 
 INTEGRATORS = (fv.SSPRK3(), fv.SSPRK104(), fv.DP5(), fv.ARK4())
@@ -130,7 +130,7 @@ LAWS = {
 
 @pytest.mark.parametrize("name", LAWS)
 def test_scalar_laws_are_fifth_order(name):
-    assert refined(*LAWS[name], fv.MethodOfLines(LAWS[name][0].default_riemann(), integrator=fv.DP5()))[-1] >= 4.8
+    assert refined(*LAWS[name], fv.MethodOfLines(default_riemann(LAWS[name][0]), integrator=fv.DP5()))[-1] >= 4.8
 
 
 def test_acoustics_is_fifth_order():

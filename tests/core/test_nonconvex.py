@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import fvkit as fv
-from fvkit import answers
-from fvkit.assembly import assemble
-from fvkit.deviation import scanning
+from fvkit.problem import answers
+from fvkit.schemes.background import scanning
+from fvkit.schemes.fitting import assemble
 from fvkit.testing.common import BACKENDS
 
 

@@ -8,7 +8,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.archive import Archive, Unreadable, write_archive
+from fvkit.files import Unreadable
+from fvkit.output.npz import Archive, write_archive
 from tests.cases import solve
 
 
@@ -218,8 +219,8 @@ def test_steps_that_end_at_multiples_are_all_noted_whatever_their_rounding(dt, b
 def test_checkpoints_at_multiples_of_the_steps_are_not_missed_by_rounding(tmp_path, monkeypatch):
     problem, written = dam_break(20, depth=1e-3), []
     problem = fv.Problem(problem.model, problem.grid, problem.q0, 30.0)
-    monkeypatch.setattr("fvkit.checkpoint.Saver.write", lambda saver: written.append(saver._stepper.t) or setattr(saver, "_t", written[-1]))
-    monkeypatch.setattr("fvkit.checkpoint.Saver.hint", lambda saver: "")
+    monkeypatch.setattr("fvkit.run.checkpoint.Saver.write", lambda saver: written.append(saver._stepper.t) or setattr(saver, "_t", written[-1]))
+    monkeypatch.setattr("fvkit.run.checkpoint.Saver.hint", lambda saver: "")
     solve(problem, checkpoint=fv.Checkpoint(tmp_path / "c.npz", seconds=None, interval=0.3), observers=[lambda stepper: None], dt=0.1)
     assert np.allclose(written[:-1], 0.3 * np.arange(1, 101))
 

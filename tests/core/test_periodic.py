@@ -8,7 +8,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit import configuration
+from fvkit.output import configuration
 from fvkit.testing.common import BACKENDS
 
 

@@ -17,9 +17,9 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit import configuration, netcdf
-from fvkit.archive import Unreadable
-from fvkit.configuration import build, describe
+from fvkit.files import Unreadable
+from fvkit.output import configuration, netcdf
+from fvkit.output.configuration import build, describe
 from tests.cases import Traffic, solve
 
 HAS_IO = all(find_spec(name) for name in ("xarray", "h5netcdf", "h5py"))
@@ -128,9 +128,9 @@ def test_a_function_is_named_but_never_restored():
     ({"class": "system", "from": "os"}, "import the module that defines it first"),
     ({"class": "Path", "from": "pathlib"}, "import the module that defines it first"),
     ({"class": ["x"], "from": {}}, "import the module that defines it first"),
-    ({"class": "Roe", "from": "fvkit.riemann.roe", "colour": 1}, "a Roe, cannot be made from its fields"),
-    ({"class": "Grid", "from": "fvkit.grid", "lower": 1.0, "upper": 0.0, "num_cells": 3}, "`lower` must be < `upper`"),
-    ({"class": "Model", "from": "fvkit.model"}, "cannot be made from its fields"),
+    ({"class": "Roe", "from": "fvkit.schemes.riemann", "colour": 1}, "a Roe, cannot be made from its fields"),
+    ({"class": "Grid", "from": "fvkit.problem.grid", "lower": 1.0, "upper": 0.0, "num_cells": 3}, "`lower` must be < `upper`"),
+    ({"class": "Model", "from": "fvkit.problem.model"}, "cannot be made from its fields"),
     ({"number": "3"}, "is not what a configuration holds"), ({"list": 3, "array": 2}, "is not what a configuration holds")])
 def test_plain_data_that_makes_no_part_is_refused(data, words):
     with pytest.raises(ValueError, match=words):
@@ -274,7 +274,7 @@ def test_a_model_that_is_not_loaded_says_what_to_import(file):
 
 def test_an_existing_file_survives_a_failure(solution, file, monkeypatch):
     before = file.read_bytes()
-    monkeypatch.setattr("fvkit.archive.fill", lambda handle, arrays: handle.write(b"half") and 1 / 0)
+    monkeypatch.setattr("fvkit.output.npz.fill", lambda handle, arrays: handle.write(b"half") and 1 / 0)
     with pytest.raises(ZeroDivisionError):
         solution.save(file)
     assert file.read_bytes() == before

@@ -4,7 +4,7 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.model_scenes import layers
+from fvkit_granular.scenes.library.model_differences import layers
 from tests.cases import (
     SOLVERS,
     Stepper,

@@ -14,8 +14,8 @@ import attrs
 import numpy as np
 
 from fvkit import Stepper
-from fvkit_granular.stress.draws import CELLS, random_scene
-from fvkit_granular.stress.randomly import HIGH, MODELS, pairs, scheme_of
+from fvkit_granular.stress.random_runs import HIGH, MODELS, pairs, scheme_of
+from fvkit_granular.stress.random_scenes import CELLS, random_scene
 
 FILE = Path(__file__).with_name("fingerprints.json")
 SEED, SCENES = 20, 8

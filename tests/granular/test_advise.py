@@ -9,10 +9,20 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import main
-from fvkit_granular.advise import decide
-from fvkit_granular.indicators import indicators, lasting, sampled, spreading
-from fvkit_granular.resolution import resolution
-from fvkit_granular.validation import KINDS, MEANT, Measured, decisions, model_errors, quality, random_scene, report, validate
+from fvkit_granular.studies.advice_validation import (
+    KINDS,
+    MEANT,
+    Measured,
+    decisions,
+    model_errors,
+    quality,
+    random_scene,
+    report,
+    validate,
+)
+from fvkit_granular.studies.advise import decide
+from fvkit_granular.studies.grid_error_estimate import resolution
+from fvkit_granular.studies.model_error_indicators import indicators, lasting, sampled, spreading
 from tests.cases import solve
 
 

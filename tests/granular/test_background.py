@@ -5,8 +5,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.deviation import deviation
-from fvkit_granular.moving_scenes import STEADY, profile, smooth_bump
+from fvkit.schemes.background import deviation
+from fvkit_granular.scenes.library.steady_flow import STEADY, profile, smooth_bump
 from tests.cases import name_of, random_states, solve
 
 MODEL = gr.TwoPhase()

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from fvkit_granular.bench import Bench, bench
+from fvkit_granular.studies.bench import Bench, bench
 
 MACHINE = {"processor": "p", "cores": 2, "system": "s"}
 
 
 def test_every_model_solver_and_order_is_measured(tmp_path, monkeypatch):
-    monkeypatch.setattr("fvkit_granular.bench.BLOCK", 1e-4)
-    monkeypatch.setattr("fvkit_granular.bench.find_spec", lambda name: None)
+    monkeypatch.setattr("fvkit_granular.studies.bench.BLOCK", 1e-4)
+    monkeypatch.setattr("fvkit_granular.studies.bench.find_spec", lambda name: None)
     lines: list[str] = []
     result = bench((20, 40), (1, 2), ("numpy",), repeats=2, progress=lines.append)
     assert len(result.rows) == 2 * 3 * 4 * 2
@@ -35,8 +35,8 @@ def test_the_ratio_to_pyclaw_is_that_of_the_medians():
 def test_pyclaw_runs_where_it_is_installed(monkeypatch, tmp_path):
     pytest.importorskip("clawpack", reason="PyClaw is not installed", exc_type=ImportError)
     monkeypatch.chdir(tmp_path)
-    from fvkit_granular.bench import bottom
-    from fvkit_granular.pyclaw import pyclaw_runs
+    from fvkit_granular.studies.bench import bottom
+    from fvkit_granular.studies.bench_pyclaw import pyclaw_runs
 
     for run in pyclaw_runs(100, (2,), bottom).values():
         assert run(3) > 0.0

@@ -9,8 +9,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.names import public_name
-from fvkit.study.report import Report, observed_orders, time_to_reach
+from fvkit.pointwise.part import public_name
+from fvkit.studies.report import Report, observed_orders, time_to_reach
 from tests.cases import Fading
 
 KEYS = ["model", "riemann", "limiter", "order", "backend", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max", "order_observed", "mass_drift", "status"]

@@ -12,9 +12,9 @@ from scipy.optimize import brentq
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.bed import LEAST_DRY, velocity
-from fvkit_granular.drag import series_of_exp, series_of_log
-from fvkit_granular.slip import drag_rate
+from fvkit_granular.models.wet_dry import LEAST_DRY, velocity
+from fvkit_granular.sources.drag import series_of_exp, series_of_log
+from fvkit_granular.sources.slip_decay import drag_rate
 from tests.cases import averages, l1, orders, solve
 
 MODEL = gr.TwoPhase(gamma=0.4)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.pointwise import weighted
-from fvkit.quadrature import cell_averages
-from fvkit_granular.stress.draws import draw
-from fvkit_granular.stress.randomly import run_random
+from fvkit.problem.cell_averages import cell_averages
+from fvkit_granular.stress.random_runs import run_random
+from fvkit_granular.stress.random_scenes import draw
 from tests.cases import GRANULAR, Stepper, name_of, solve
 
 SOLVERS = (gr.Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov())

@@ -1,11 +1,11 @@
 """Ends over ground that goes on: a lake keeps its level, a river its depth, and what is given enters."""
-
 import numpy as np
 import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.slopes import end_step
+from fvkit.problem.slopes import end_step
+from fvkit.schemes.riemann import default_riemann
 
 MODELS = [gr.TwoPhase, gr.ShallowWater, gr.Reduced, gr.PitmanLe, gr.TwoLayer]
 GROUNDS = {"falls": lambda x: -0.05 * x, "rises": lambda x: 0.05 * x, "steep": lambda x: -0.3 * x,
@@ -26,7 +26,7 @@ def lake(model, ground, level=0.4, cells=20):
 def at_rest(model, ground, boundary, lines=False, backend="numpy"):
     q, b = lake(model, ground)
     problem = fv.Problem(model(), fv.Grid(0.0, 10.0, q.shape[1]), q, 1.0, {"b": b}, boundary(q))
-    riemann = fv.HLL() if model is gr.PitmanLe else model().default_riemann()
+    riemann = fv.HLL() if model is gr.PitmanLe else default_riemann(model())
     scheme = fv.MethodOfLines(riemann) if lines else fv.WavePropagation(riemann)
     return np.abs(fv.solve(problem, scheme, backend=backend).q[-1] - q).max()
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fvkit_granular.exact as exact
-from fvkit_granular.slip import decayed_slip, drag_rate, velocities_from_slip
+from fvkit_granular.sources.slip_decay import decayed_slip, drag_rate, velocities_from_slip
 
 LAWS = {"constant": (3.0, 0.0, 1.0), "linear": (0.0, 2.0, 1.0), "square root": (0.0, 1.5, 0.5),
         "cubic": (0.0, 0.7, 3.0), "affine": (0.5, 2.0, 1.0), "affine square": (0.5, 2.0, 2.0)}

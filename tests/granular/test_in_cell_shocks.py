@@ -7,7 +7,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.exact import path_sensitivity, rarefaction_fans, two_phase_riemann
+from fvkit_granular.exact import rarefaction_fans, two_phase_riemann
+from fvkit_granular.exact.two_phase import path_sensitivity
 from tests.cases import PSystem, name_of, rest_bottom, solve
 
 R1 = (3.0, 0.7, -1.4, 0.3), (2.0, 0.4, -0.9, -0.1)
@@ -133,8 +134,8 @@ def test_without_the_option_no_stage_is_there_for_it():
     problem = two_sides(*R2)
     names = [[stage.compute.__module__ for stage in scheme.stages(scheme.parts(problem.model, ()))]
              for scheme in (fv.WavePropagation(fv.Roe()), marking(fv.Roe()))]
-    assert "fvkit.schemes.in_cell" not in names[0]
-    assert names[1].count("fvkit.schemes.in_cell") == len(names[1]) - len(names[0])
+    assert "fvkit.schemes.stages.in_cell_shocks" not in names[0]
+    assert names[1].count("fvkit.schemes.stages.in_cell_shocks") == len(names[1]) - len(names[0])
 
 
 # ---------------------------------------------------------------------- what it keeps

@@ -1,13 +1,13 @@
 """Initial states by level: a lake is at rest on any grid, whatever shore it has, and its volume is off at shores alone."""
-
 import numpy as np
 import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.quadrature import cell_averages
+from fvkit.problem.cell_averages import cell_averages
+from fvkit.schemes.riemann import default_riemann
 from fvkit_granular import shapes
-from fvkit_granular.indicators import sampled
+from fvkit_granular.studies.model_error_indicators import sampled
 
 #: Bottoms whose shores lie anywhere in a cell: an island, a beach that ends in a kink, random ground, an emerged block.
 BOTTOMS = {
@@ -38,7 +38,7 @@ def scene(bottom, **flow):
 @pytest.mark.parametrize("cells", [37, 100])
 def test_a_lake_rests(bottom, model, phi, cells):
     problem = scene(bottom, phi=phi).problem(model, cells)
-    for scheme in (None, fv.WavePropagation(fv.HLL()), fv.MethodOfLines(problem.model.default_riemann())):
+    for scheme in (None, fv.WavePropagation(fv.HLL()), fv.MethodOfLines(default_riemann(problem.model))):
         assert largest_speed(problem, scheme, steps=15) < 1e-13
 
 

@@ -9,12 +9,12 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.numba_kernel import available
-from fvkit.polynomial import polynomial
-from fvkit.schemes.cells import romberg
-from fvkit_granular import reduced, shallow_water, two_masses
+from fvkit.backends.compiled.numba_kernel import available
+from fvkit.pointwise.polynomial import polynomial
+from fvkit.schemes.stages.cell_polynomial import romberg
 from fvkit_granular.exact import hump, rarefaction_fans, simple_wave, two_phase_riemann
-from fvkit_granular.stress.draws import draw
+from fvkit_granular.models import reduced, shallow_water, two_masses
+from fvkit_granular.stress.random_scenes import draw
 from tests.cases import (
     GRANULAR,
     SOLVERS,

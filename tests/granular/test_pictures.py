@@ -7,8 +7,8 @@ from matplotlib.image import imread
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import MISTAKE, SUCCESS, main
-from fvkit.pictures import space_time
-from fvkit.plot import new_axes
+from fvkit.output.figures import new_axes
+from fvkit.output.plots import space_time
 from tests.cases import solve
 
 
@@ -68,7 +68,7 @@ def test_complex_speeds_are_shown_where_they_are(slide):
 
 def test_slip_is_drawn_where_both_phases_are(slide):
     seen = slide.observables()
-    drawn = gr.pictures.slip(slide).get_lines()[0].get_ydata()
+    drawn = gr.plots.slip(slide).get_lines()[0].get_ydata()
     there = np.isfinite(drawn)
     assert there.any()
     np.testing.assert_array_equal(drawn[there], (seen["vf"] - seen["vs"])[there])
@@ -82,7 +82,7 @@ def test_what_a_model_has_not_is_a_sentence(burgers, tmp_path):
     with pytest.raises(ValueError, match="more than the start and the end"):
         space_time(burgers)
     with pytest.raises(ValueError, match="one velocity"):
-        gr.pictures.slip(burgers)
+        gr.plots.slip(burgers)
     with pytest.raises(ValueError, match=r"\.gif or \.mp4"):
         burgers.animate(tmp_path / "film.avi")
 
@@ -114,7 +114,7 @@ def test_notebooks_show_tables(slide):
 
 
 def test_the_command_draws_and_films(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("fvkit_granular.cli.FRAMES", 5)
+    monkeypatch.setattr("fvkit_granular.cli.run.FRAMES", 5)
     out = tmp_path / "out"
     arguments = ["run", "dam-break-phi", "--cells", "30", "--out", str(out)]
     assert main([*arguments, "--plot", "profile", "slip", "--animate", "film.gif"]) == SUCCESS
@@ -126,7 +126,7 @@ def test_the_command_draws_and_films(tmp_path, capsys, monkeypatch):
 
 
 def test_the_accuracy_of_a_solver_is_drawn_against_both_references():
-    figure = gr.pictures.accuracy(fv.HLL(), cells=(20, 40, 80), backend="numpy")
+    figure = gr.plots.accuracy(fv.HLL(), cells=(20, 40, 80), backend="numpy")
     profile, error = figure.axes
     assert [text.get_text() for text in profile.get_legend().get_texts()] == ["20 cells", "80 cells", "semi-exact"]
     assert [text.get_text() for text in error.get_legend().get_texts()] == ["dam-break-phi (semi-exact)", "simple-wave (exact)"]
@@ -138,7 +138,7 @@ def test_the_accuracy_of_a_solver_is_drawn_against_both_references():
 
 
 def test_a_scheme_has_a_picture_as_a_solver_has():
-    error = gr.pictures.accuracy(fv.WavePropagation(fv.HLL(), order=1), cells=(20, 40), backend="numpy").axes[1]
+    error = gr.plots.accuracy(fv.WavePropagation(fv.HLL(), order=1), cells=(20, 40), backend="numpy").axes[1]
     guides = [text.get_text() for text in error.texts]
     assert guides == ["order 1", "order 1"]
 

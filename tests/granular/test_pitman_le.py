@@ -5,8 +5,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.names import public_name
-from fvkit_granular import two_masses
+from fvkit.pointwise.part import public_name
+from fvkit_granular.models import two_masses
 from tests.cases import l1, name_of, orders, pitman_le_forces, rest_bottom, solve
 from tests.granular.checks import (
     G,

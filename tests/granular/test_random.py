@@ -11,13 +11,13 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.backends import BACKENDS
-from fvkit.backends.numba_kernel import available
+from fvkit.backends.compiled.numba_kernel import available
 from fvkit.cli import main
-from fvkit_granular.parts import MODELS, RIEMANN
-from fvkit_granular.stress import random_stress, randomly
-from fvkit_granular.stress.draws import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
-from fvkit_granular.stress.limits import COLLAPSES, known_collapses
-from fvkit_granular.stress.randomly import ROUNDING, pairs, plan, run_random
+from fvkit_granular.models.registry import MODELS, RIEMANN
+from fvkit_granular.stress import random_runs, random_stress
+from fvkit_granular.stress.known_limits import COLLAPSES, known_collapses
+from fvkit_granular.stress.random_runs import ROUNDING, pairs, plan, run_random
+from fvkit_granular.stress.random_scenes import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
 
 #: Indices of one turn through classes, settings and bottoms.
 TURN = len(CLASSES) * len(SETTINGS) * len(BOTTOMS)
@@ -139,26 +139,26 @@ class Refusing(gr.ShallowWater):
 def test_what_loses_mass_or_breaks_is_found(model, status, monkeypatch):
     monkeypatch.setenv("FVKIT_BACKEND", "numpy")
     monkeypatch.setitem(MODELS, "shallow-water", model)
-    report = randomly._row(("shallow-water", "hll", 1), [run_random("shallow-water", "hll", 1, 1, 0, 1)])
+    report = random_runs._row(("shallow-water", "hll", 1), [run_random("shallow-water", "hll", 1, 1, 0, 1)])
     assert [one["status"].split(":")[0] for one in report["odd"]] == [status]
     failed = [check["name"] for check in report["checks"] if not check["passed"]]
     assert failed == ["mass drift / rounding" if status == "finished" else "broken or unnamed ends"]
 
 
 def test_a_run_without_end_is_given_up_with_a_name(monkeypatch):
-    monkeypatch.setattr(randomly, "SECONDS", 0.0)
+    monkeypatch.setattr(random_runs, "SECONDS", 0.0)
     (one,) = run_random("shallow-water", "hll", 1, 1, 0, 1)["odd"]
     assert one["status"] == "over_budget"
     monkeypatch.undo()
-    monkeypatch.setattr(randomly, "COLLAPSE", 1)
-    monkeypatch.setattr(randomly, "NOMINAL", 30)
+    monkeypatch.setattr(random_runs, "COLLAPSE", 1)
+    monkeypatch.setattr(random_runs, "NOMINAL", 30)
     monkeypatch.setattr(fv.Stepper, "step", lambda stepper: stepper.run(np.inf, 1) or 2.0 * stepper.t)
     (one,) = run_random("shallow-water", "hll", 1, 1, 0, 1)["odd"]
     assert one["status"] == "max_steps"
 
 
 def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(randomly, "COLLAPSE", 1)
+    monkeypatch.setattr(random_runs, "COLLAPSE", 1)
     report = random_stress(24, 1, ["shallow-water"], ["hll"], (1,), workers=1)
     kept = report.save(tmp_path / "kept")
     document = json.loads((kept / "report.json").read_text())
@@ -198,7 +198,7 @@ def test_known_shares_are_explained():
 def test_random_scenes_end_with_a_name_and_lose_nothing(model, riemann, order):
     """The small size of `fvkit stress --random 20000`: three turns through every class, setting and bottom."""
     assert riemann in RIEMANN
-    row = randomly._row((model, riemann, order), [run_random(model, riemann, order, 7, 0, 3 * TURN)])
+    row = random_runs._row((model, riemann, order), [run_random(model, riemann, order, 7, 0, 3 * TURN)])
     assert row["problems"] == 3 * TURN
     assert [check for check in row["checks"] if not check["passed"]] == []
     expected = known_collapses(model, riemann).share * row["problems"]

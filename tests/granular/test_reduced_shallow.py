@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular import reduced, shallow_water
+from fvkit_granular.models import reduced, shallow_water
 from tests.cases import GRANULAR, SOLVERS, averages, l1, name_of, solve
 
 G = 9.81

@@ -10,10 +10,10 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import MISTAKE, SUCCESS, main
-from fvkit_granular.columns import UNITS
-from fvkit_granular.scene_file import BOUNDARIES, COLUMN, FLOW, SOURCES, TOP, find_scene
-from fvkit_granular.scenes import scene_factory
-from fvkit_granular.shapes import SHAPES, Hump, PiecewiseLinear, Step, Sum, Uniform
+from fvkit_granular.csv_table import UNITS
+from fvkit_granular.scenes.library.catalogue import scene_factory
+from fvkit_granular.scenes.shapes import SHAPES, Hump, PiecewiseLinear, Step, Sum, Uniform
+from fvkit_granular.scenes.toml.read import BOUNDARIES, COLUMN, FLOW, SOURCES, TOP, find_scene
 from tests.pages import code_blocks
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene_files.md"

@@ -6,7 +6,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.scene import KINDS
+from fvkit_granular.scenes.reference import KINDS
 
 MODELS = (gr.TwoPhase, gr.Reduced, gr.ShallowWater)
 

@@ -8,9 +8,9 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import main
-from fvkit.slopes import resolved_steps
+from fvkit.problem.slopes import resolved_steps
 from fvkit_granular import shapes
-from fvkit_granular.slope import MILD, sentence, steepest
+from fvkit_granular.scenes.slope import MILD, sentence, steepest
 
 
 def on(bottom, interval=(0.0, 100.0), surface=None, boundary=None, h=None, **more):

@@ -230,7 +230,7 @@ def test_results_depend_on_no_unit(riemann, model):
 @pytest.mark.parametrize("phi", [0.0, 1e-8, 1e-4, 1.0])
 @pytest.mark.parametrize("riemann", SOLVERS, ids=kind_of)
 def test_one_phase_all_but_alone_is_second_order(riemann, phi):
-    from fvkit.quadrature import cell_averages
+    from fvkit.problem.cell_averages import cell_averages
 
     wave = gr.exact.simple_wave(gr.exact.hump(centre=4.0), g=G)
 

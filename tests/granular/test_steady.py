@@ -6,7 +6,7 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular import exact
-from fvkit_granular.moving_scenes import FLOWS, STEADY, parabolic_bump, profile, smooth_bump
+from fvkit_granular.scenes.library.steady_flow import FLOWS, STEADY, parabolic_bump, profile, smooth_bump
 from tests.cases import solve
 
 NAMES = tuple(STEADY)

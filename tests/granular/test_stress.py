@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fvkit.cli import main
-from fvkit.study.covering import covering
-from fvkit_granular.scenes import scene_names
+from fvkit.studies.covering import covering
+from fvkit_granular.scenes.library.catalogue import scene_names
 from fvkit_granular.stress import StressReport, stress, suite
-from fvkit_granular.stress import limits as limits_module
+from fvkit_granular.stress import known_limits as limits_module
 from fvkit_granular.stress.cases import CASES
-from fvkit_granular.stress.limits import Limit
+from fvkit_granular.stress.known_limits import Limit
 
 
 def test_cases_are_scenes_and_the_default_covers_every_pair():

@@ -4,8 +4,8 @@ import tomllib
 
 import pytest
 
-from fvkit_granular.toml_positions import key_lines
-from fvkit_granular.toml_source import TomlError, read_toml
+from fvkit_granular.scenes.toml.positions import key_lines
+from fvkit_granular.scenes.toml.table import TomlError, read_toml
 
 TRICKY = '''# a comment with key = 1
 title = "no # comment, \\" no = key"   # real comment

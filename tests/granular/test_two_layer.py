@@ -6,9 +6,9 @@ from scipy.optimize import root
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.names import public_name
-from fvkit_granular import two_masses
-from fvkit_granular.model_scenes import two_layer_rest
+from fvkit.pointwise.part import public_name
+from fvkit_granular.models import two_masses
+from fvkit_granular.scenes.library.model_differences import two_layer_rest
 from tests.cases import name_of, orders, rest_bottom, solve, two_layer_forces
 from tests.granular.checks import (
     G,

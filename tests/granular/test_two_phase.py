@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular import two_masses
+from fvkit_granular.models import two_masses
 from tests.cases import random_states
 
 G = 9.81

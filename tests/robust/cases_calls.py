@@ -5,10 +5,10 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.configuration import build
-from fvkit.schemes import WavePropagation
+from fvkit.output.configuration import build
+from fvkit.schemes.wave_propagation import WavePropagation
 from fvkit_granular import exact, shapes
-from fvkit_granular.columns import read_columns
+from fvkit_granular.csv_table import read_columns
 
 GRID = fv.Grid(0.0, 1.0, 6)
 LEFT, RIGHT = (1.0, 0.5, 0.0, 0.0), (0.9, 0.5, 0.0, 0.0)
@@ -146,7 +146,7 @@ CALLS = {
     "read_columns": Call(read_columns, dict(path="nowhere.csv"), dict(path="file"), works=False),
     "Profile.read": Call(gr.Profile.read, dict(path="nowhere.csv", column="b", interpolation="linear"), dict(path="file"), works=False),
     "Hydrograph.read": Call(gr.Hydrograph.read, dict(path="nowhere.csv"), dict(path="file"), works=False),
-    "build": Call(build, dict(data=dict(zip(("class", "from"), ("Roe", "fvkit.riemann.roe"), strict=True)), name="data"), dict(name="text")),
+    "build": Call(build, dict(data=dict(zip(("class", "from"), ("Roe", "fvkit.schemes.riemann"), strict=True)), name="data"), dict(name="text")),
     "fvkit.testing.run": Call(fv.testing.run, dict(suite=LimiterSuite), dict(suite="part")),
     # exact solutions
     "exact.accelerated": Call(exact.accelerated, dict(solution=exact.shallow_water_riemann((1.0, 0.0), (0.5, 0.0)), acceleration=1.0),

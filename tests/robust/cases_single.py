@@ -4,7 +4,7 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.configuration import build
+from fvkit.output.configuration import build
 from fvkit_granular import exact, shapes
 from tests.robust.cases_calls import GRID, PROBLEM, SCENE, bump, flow
 
@@ -142,12 +142,12 @@ SINGLE = {
     # data of configurations
     "build: a class that is not loaded": (lambda: build({"class": "system", "from": "os"}), ValueError, ["data", "system", "os", "not loaded"]),
     "build: a function": (lambda: build({"callable": "os.system"}), ValueError, ["data", "os.system", "no file can hold"]),
-    "build: a field too many": (lambda: build({"class": "Roe", "from": "fvkit.riemann.roe", "colour": 1}), ValueError, ["data", "Roe", "colour"]),
+    "build: a field too many": (lambda: build({"class": "Roe", "from": "fvkit.schemes.riemann", "colour": 1}), ValueError, ["data", "Roe", "colour"]),
     "build: a list of lists of other lengths": (lambda: build({"array": [[1.0], [1.0, 2.0]]}), ValueError, ["data", "array"]),
     "build: nested too deeply": (lambda: build(deep(100_000)), ValueError, ["data", "nested too deeply"]),
-    "build: another kind": (lambda: build({"class": "Roe", "from": "fvkit.riemann.roe"}, fv.Grid), ValueError, ["data", "Grid", "Roe"]),
-    "build: keys that are no names": (lambda: build({"class": "Roe", "from": "fvkit.riemann.roe", 5: 1}), ValueError, ["data", "Roe"]),
-    "build: a grid of text": (lambda: build({"class": "Grid", "from": "fvkit.grid", "lower": "0", "upper": 1.0, "num_cells": 2}), ValueError,
+    "build: another kind": (lambda: build({"class": "Roe", "from": "fvkit.schemes.riemann"}, fv.Grid), ValueError, ["data", "Grid", "Roe"]),
+    "build: keys that are no names": (lambda: build({"class": "Roe", "from": "fvkit.schemes.riemann", 5: 1}), ValueError, ["data", "Roe"]),
+    "build: a grid of text": (lambda: build({"class": "Grid", "from": "fvkit.problem.grid", "lower": "0", "upper": 1.0, "num_cells": 2}), ValueError,
                               ["data", "`lower`", "'0'"]),
     # readers
     "load: nothing there": (lambda: fv.load("nowhere.npz"), FileNotFoundError, ["nowhere.npz"]),

@@ -12,7 +12,7 @@ import warnings
 import numpy as np
 
 import fvkit as fv
-from fvkit.backends.numba_kernel import available
+from fvkit.backends.compiled.numba_kernel import available
 from tests.robust import kills, long_runs, many
 from tests.robust.cases import resident
 

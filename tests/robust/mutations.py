@@ -13,8 +13,8 @@ import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.columns import read_columns
-from fvkit_granular.sweep_command import read as read_sweep
+from fvkit_granular.cli.sweep import read as read_sweep
+from fvkit_granular.csv_table import read_columns
 
 SCENE_TOML = b"""name = "mine"
 interval = [0.0, 4.0]

@@ -170,7 +170,7 @@ def test_a_write_that_fails_half_way_leaves_the_old_file(stored, monkeypatch):
         file.write(b"half of it")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("fvkit.archive.fill", half)
+    monkeypatch.setattr("fvkit.output.npz.fill", half)
     solution = fv.load(stored / "run.npz")
     with pytest.raises(OSError, match="No space left"):
         solution.save(stored / "run.npz")

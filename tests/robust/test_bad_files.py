@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.archive import Unreadable
+from fvkit.files import Unreadable
 from tests.robust.mutations import READERS, crafted, generator, inside, mutate, seeds, texts
 
 # h5netcdf cannot close a file that it could not open, and Python says so; nothing is lost.

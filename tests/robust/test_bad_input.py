@@ -9,7 +9,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit._validate import shown
+from fvkit.validation import shown
 from fvkit_granular import exact, shapes
 from tests.robust.cases_calls import CALLS, ELSEWHERE
 from tests.robust.cases_single import SINGLE

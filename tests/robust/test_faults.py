@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import fvkit as fv
-from fvkit.backends import cache
-from fvkit.backends.numba_kernel import available
+from fvkit.backends.compiled import disk_cache
+from fvkit.backends.compiled.numba_kernel import available
 from fvkit.cli import main
-from fvkit.io import write_whole
+from fvkit.files import write_whole
 from tests import sweep_members as members
 from tests.cases import solve
 from tests.robust import kills
@@ -325,7 +325,7 @@ print(solution.q[-1].tobytes().hex(), *[str(item.message) for item in caught], s
 def compiled(folder):
     code = COMPILED.format(paths=[entry for entry in sys.path if entry])
     return subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                            env={**os.environ, cache.VARIABLE: str(folder)})
+                            env={**os.environ, disk_cache.VARIABLE: str(folder)})
 
 
 def result_of(process):
@@ -351,12 +351,12 @@ def test_two_processes_share_a_cache_and_damage_to_it_costs_time_alone(tmp_path)
 
 
 def test_a_cache_that_cannot_be_written_is_a_warning(monkeypatch, tmp_path):
-    monkeypatch.setenv(cache.VARIABLE, "/dev/null/kernels")
+    monkeypatch.setenv(disk_cache.VARIABLE, "/dev/null/kernels")
     with pytest.warns(RuntimeWarning, match="the cache of compiled kernels cannot be written"):
-        _, lasting = cache.place("kernel_x", "")
+        _, lasting = disk_cache.place("kernel_x", "")
     assert not lasting
-    monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path))
     with full_disk(10), pytest.warns(RuntimeWarning, match="cannot be written"):
-        _, lasting = cache.place("kernel_x", "a text of more than ten bytes")
+        _, lasting = disk_cache.place("kernel_x", "a text of more than ten bytes")
     assert not lasting
     assert os.listdir(tmp_path) == []

@@ -7,7 +7,7 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import FAILED, MISTAKE, SUCCESS, main
-from fvkit.models import Burgers
+from fvkit.problem.teaching_models import Burgers
 
 RUN = ["run", "riemann", "--cells", "20"]
 COMPARE = ["compare", "riemann", "--models", "two-phase", "--riemann", "hll", "--cells", "10", "20", "--repeats", "1"]
@@ -31,8 +31,8 @@ def here(tmp_path, monkeypatch):
     (["convergence", "riemann", "--cells", "10", "20"], []),
     (["bench", "--cells", "10", "--orders", "1", "--backends", "numpy", "--repeats", "1"], [])])
 def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(command, more, here, monkeypatch):
-    monkeypatch.setattr("fvkit_granular.bench.BLOCK", 1e-6)
-    monkeypatch.setattr("fvkit_granular.cli.FRAMES", 3)
+    monkeypatch.setattr("fvkit_granular.studies.bench.BLOCK", 1e-6)
+    monkeypatch.setattr("fvkit_granular.cli.run.FRAMES", 3)
     out = here / "out"
     assert main([*command, "--out", str(out / "fresh")]) == SUCCESS
     assert main([*command, *more, "--out", str(out)]) == SUCCESS
@@ -72,7 +72,7 @@ def test_a_damaged_solution_of_an_earlier_run_is_replaced(here):
 
 
 def test_a_film_makes_its_folder(here, monkeypatch):
-    monkeypatch.setattr("fvkit_granular.cli.FRAMES", 3)
+    monkeypatch.setattr("fvkit_granular.cli.run.FRAMES", 3)
     assert main([*RUN, "--out", "out", "--animate", "a/b/c.gif"]) == SUCCESS
     assert (here / "out" / "a" / "b" / "c.gif").exists()
 

@@ -18,10 +18,10 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.archive import Unreadable
 from fvkit.cli import INTERRUPTED, main
-from fvkit_granular import bench, validation
-from fvkit_granular.stress import randomly, suite
+from fvkit.files import Unreadable
+from fvkit_granular.stress import random_runs, suite
+from fvkit_granular.studies import advice_validation, bench
 
 RIEMANN = gr.scene("riemann")
 COMPARE = partial(gr.compare, RIEMANN, [gr.TwoPhase], [fv.Roe()], cells=(10, 20, 40), repeats=1)
@@ -30,9 +30,9 @@ SWEEP = partial(fv.sweep, gr.SceneRun("riemann", cells=20), {"gamma": [0.3, 0.4,
 #: Studies that run in this process: the module that solves, the study, the run that is interrupted, runs or parts that are done.
 STUDIES = {
     "compare": ("fvkit_granular.compare", COMPARE, 4, lambda report: len(report.rows) == 2),  # the first run is the warm-up
-    "convergence": ("fvkit.study.convergence", ORDER, 3, lambda found: found.runs == (10, 20)),
-    "sweep": ("fvkit_granular.scene_run", SWEEP, 3, lambda found: list(found.status) == ["finished"] * 2 + ["interrupted"] * 2),
-    "validate": ("fvkit_granular.validation", partial(validation.validate, 4, cells=10), 14, lambda rows: len(rows) == 2),
+    "convergence": ("fvkit.studies.convergence", ORDER, 3, lambda found: found.runs == (10, 20)),
+    "sweep": ("fvkit_granular.studies.scene_run", SWEEP, 3, lambda found: list(found.status) == ["finished"] * 2 + ["interrupted"] * 2),
+    "validate": ("fvkit_granular.studies.advice_validation", partial(advice_validation.validate, 4, cells=10), 14, lambda rows: len(rows) == 2),
 }
 
 
@@ -94,7 +94,7 @@ def test_a_conformance_suite_does_not_count_ctrl_c_as_a_failed_check():
 @pytest.mark.parametrize(("command", "module", "number", "written"), [
     (["compare", "riemann", "--models", "two-phase", "--riemann", "roe", "--cells", "10", "20", "--repeats", "1", "--plot-axes",
       "steps", "error.h"], "fvkit_granular.compare", 3, "report.json"),
-    (["convergence", "riemann", "--cells", "10", "20", "40"], "fvkit.study.convergence", 3, "convergence.json")])
+    (["convergence", "riemann", "--cells", "10", "20", "40"], "fvkit.studies.convergence", 3, "convergence.json")])
 def test_a_command_writes_what_was_done_and_ends_with_130(command, module, number, written, monkeypatch, tmp_path, capsys):
     interrupted_in_run(number, module, monkeypatch)
     assert main([*command, "--out", str(tmp_path)]) == INTERRUPTED
@@ -122,7 +122,7 @@ def test_one_ctrl_c_ends_stress_and_its_processes(arguments, tmp_path):
 
 @pytest.mark.parametrize(("study", "owner"), [
     (partial(suite.stress, scenes=["toe"], backends=["numpy"], workers=1), suite),
-    (partial(randomly.random_stress, 24, models=["shallow-water"], riemann=["hll", "rusanov"], orders=(1,), workers=1), randomly)])
+    (partial(random_runs.random_stress, 24, models=["shallow-water"], riemann=["hll", "rusanov"], orders=(1,), workers=1), random_runs)])
 def test_interrupted_stress_reports_the_runs_that_are_done(study, owner, monkeypatch):
     parts = owner.in_processes
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fvkit.backends import cache, numba_kernel
+from fvkit.backends.compiled import disk_cache, numba_kernel
 from fvkit.cli import main
 
 compiled = pytest.mark.skipif(find_spec("numba") is None, reason="needs the extra fast")
@@ -62,7 +62,7 @@ def test_without_a_home_kernels_are_compiled_again_and_that_is_said(platform, ch
     monkeypatch.setattr(sys, "platform", platform)
     monkeypatch.setattr(Path, "home", homeless)
     with pytest.warns(RuntimeWarning, match="no home directory is known"):
-        path, lasting = cache.place("kernel_test", "x = 1\n")
+        path, lasting = disk_cache.place("kernel_test", "x = 1\n")
     assert (path.parent.is_dir(), lasting) == (True, False)
     assert main(["cache"]) == 2
     assert "$FVKIT_CACHE is" in capsys.readouterr().err
@@ -82,11 +82,11 @@ def test_a_given_folder_needs_no_home(tmp_path, monkeypatch):
     monkeypatch.setenv("FVKIT_CACHE", str(tmp_path))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert cache.place("kernel_test", "x = 1\n")[1]
+        assert disk_cache.place("kernel_test", "x = 1\n")[1]
         monkeypatch.delenv("FVKIT_CACHE")
         monkeypatch.setattr(sys, "platform", "win32")
         monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
-        assert cache.folder() == tmp_path / "fvkit"
+        assert disk_cache.folder() == tmp_path / "fvkit"
 
 
 @pytest.mark.parametrize("command", [

@@ -1,0 +1,1 @@
+"""Compiled backend: pointwise code traced, generated as LLVM and compiled by numba."""

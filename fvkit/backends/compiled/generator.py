@@ -1,0 +1,275 @@
+"""The kernel generator: stages become loops over tiles, straight enough for the compiler to vectorise.
+
+A tile of cells is copied into one scratch buffer, every field a row at a fixed offset; each group of stages is one loop
+from 0; the new cells are copied out. Rows are longer than a page, offsets are constants, nothing is indexed from below:
+each of these was measured to matter by a factor. Stages that cover the same range and read each other's fields only at
+offset 0 share a loop; a light stage is computed again where it is read; stages with a guard have their own loops, behind
+tests that the loop before them makes. Divisions and roots that look at one cell only, and that faces ask of both their
+cells, are computed once per cell beforehand. A given function that is zero everywhere, such as a flat bottom, is a
+literal 0 and makes no code.
+"""
+
+from collections.abc import Callable
+from itertools import takewhile
+from typing import Any
+
+import attrs
+
+from fvkit.backends.compiled.cell_updates import Ends
+from fvkit.backends.compiled.llvm import Block, is_condition
+from fvkit.backends.compiled.loops import SPARE, TILE, Row
+from fvkit.backends.kernel import deepness
+from fvkit.backends.march import FILM, MICRO
+from fvkit.backends.plan import Plan
+from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
+
+#: Fields whose values the step itself needs after the stages.
+_KEPT = ("fastest", "to_left")
+
+
+@attrs.frozen
+class Source:
+    """Generated text of a kernel and the sizes that go with it.
+
+    Parameters
+    ----------
+    text : module source with ``tile`` and ``ghosts``, and the content of the blocks that they call.
+    blocks : the blocks.
+    rows : rows of scratch.
+    """
+
+    text: str
+    blocks: tuple[Block, ...]
+    rows: int
+
+
+class Generator(Ends):
+    """Builds the text of one kernel from its stages."""
+
+    def tile(self) -> list[str]:
+        """Text of ``tile``: one transport step of nt cells from c0, sources included; of a staged scheme, minus ``net`` alone.
+
+        It returns 1 where a new state is not acceptable, else 0; ``closing`` is 1 for the tile that owns the last face.
+        """
+        self.copy_in()
+        start = len(self.lines)
+        later = self.remaining_reads()
+        groups = self.groups()
+        k = 0
+        while k < len(groups) - 1:
+            guarded = [stages[0] for _, stages in takewhile(lambda group: group[1][0].guard is not None, groups[k + 1:])]
+            self.stage_loop(*groups[k], guarded, later[k + len(guarded)], first=k == 0)
+            k += 1 + len(guarded)
+        if k:
+            self.count_lost()
+        self.set_mass_fluxes()
+        self.update(groups[-1])
+        self.lines[start:start] = self.per_cell()
+        body, self.lines = self.lines, []
+        arguments = "q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found"
+        self.emit(f"def {self.prefix}tile({arguments}):", 0)
+        uniform = [node for node in self.graph.nodes
+                   if node.uniform and node.operation != "uniform" and not is_condition(node)]
+        for node, name in zip(uniform, self.assign(list(uniform), 1, fixed=True), strict=True):
+            self.emit(f"u{node.index} = {name}")
+        text, self.lines = self.lines + body, []
+        return text
+
+    def groups(self) -> list[tuple[tuple[int, int], list[Stage]]]:
+        """Consecutive stages that share a loop."""
+        result: list[tuple[tuple[int, int], list[Stage]]] = []
+        for stage, span in zip(self.plan.stages, self.plan.ranges, strict=True):
+            if stage.light:
+                continue
+            shares = bool(result) and result[-1][0] == span and stage.guard is None and result[-1][1][0].guard is None
+            if shares:
+                written = {name for earlier in result[-1][1] for name in earlier.writes}
+                shares = all(read.field not in written or read.first == read.last == 0 for read in self.reads(stage))
+            if shares:
+                result[-1][1].append(stage)
+            else:
+                result.append((span, [stage]))
+        return result
+
+    def remaining_reads(self) -> list[set[str]]:
+        """For each group, the fields that groups after it read, or that the step itself needs."""
+        result: list[set[str]] = []
+        wanted = {field for name in _KEPT[1:] for field, _, _ in self.sources_of(Read(name, 0, 0))}
+        for _, stages in reversed(self.groups()):
+            result.append(set(wanted))
+            wanted |= {read.field for stage in stages for read in self.reads(stage)}
+        return list(reversed(result))
+
+    def copy_in(self) -> None:
+        """Copy the tile's cells and halo into scratch, with the sources of the first share of the step."""
+        halo, model = self.plan.halo, self.problem.model
+        width = f"nt + {2 * halo}"
+        self.fields["q"] = tuple(self.new_row(-halo) for _ in model.conserved)
+        for k, row in enumerate(self.fields["q"]):
+            self.copy(f"q[{k}, c0:c0 + {width}]", width, row, "0")
+        self.fields["aux"] = tuple(self.new_row(-halo) if varies else 0.0 for varies in self.varies)
+        rows = [(k, row) for k, row in enumerate(self.fields["aux"]) if isinstance(row, Row)]
+        if rows:
+            self.emit(f"low = max(c0 - {halo}, 0)")
+            self.emit(f"high = min(c0 + nt + {halo}, n)")
+        for k, row in rows:
+            self.copy(f"aux[{k}, low:high]", "high - low", row, f"low - c0 + {halo}")
+            self.copy(f"edges[{k}, c0:{halo}]", f"{halo} - c0", row, "0")
+            self.copy(f"edges[{k}, {halo}:]", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
+        if self.opens:  # ghost cells have been filled from cells on which the sources have acted
+            q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
+            state = self.act(q, aux, self.before, self.parts.beside)
+            brought = self.brought(q, state)
+            counted = [(k, self.new_row(-halo)) for k, _ in brought]
+            changes = [(row, change) for (_, row), (_, change) in zip(counted, brought, strict=True)]
+            self.emit(f"for j in range(max({halo} - c0, 0), min({width}, n + {halo} - c0)):")
+            self.compute([*zip(self.fields["q"], state, strict=True), *changes], -halo, [], 2)
+            self.count_brought(counted)
+
+    def copy(self, source: str, count: str, row: Row, first: str) -> None:
+        """Copy ``count`` numbers, none if it is negative, into a row from its entry ``first`` on."""
+        self.emit(f"src = {source}")
+        self.emit(f"dst = buf[{row.number * (TILE + SPARE)} + {first}:]")
+        self.emit(f"for j in range({count}):")
+        self.emit("dst[j] = src[j]", 2)
+
+    def stage_loop(self, span: tuple[int, int], stages: list[Stage], guarded: list[Stage], later: set[str],
+                   first: bool) -> None:
+        """The loop of a group, and behind tests that it makes, those of the guarded stages that follow it."""
+        low, high = span
+        count, own = f"nt + {high - low}", self.run(stages, low)
+        extra: list[tuple[str, Any]] = []
+        changed: dict[str, Any] = {}
+        behind: list[dict[str, Any]] = []
+        masks: dict[int, tuple[Row, Any]] = {}
+        for k, stage in enumerate(guarded):
+            inputs = self.inputs(stage, low, own, low)
+            self.emit(f"hit{k} = 0")
+            asks = stage.guard(self.parts, self.ratio, *inputs)  # type: ignore[misc]
+            extra.append((f"hit{k} = hit{k} | {{}}", asks))
+            if stage.sparse:
+                masks[k] = self.new_row(low), self.graph.node("where", asks, 1.0, 0.0)
+            behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
+            changed |= behind[-1]
+            later = later | {read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
+
+        def largest(fastest: Any) -> tuple[str, Any]:
+            return "smx[j] = {}", keeping_nan(self.graph.node("maximum", fastest, self.graph.node("load", "smx[j]")))
+
+        if "fastest" in own and "fastest" not in changed:
+            extra.append(largest(own["fastest"]))
+        if first and self.problem.model.defines("hyperbolic_discriminant"):
+            self.emit("doubt = 0")
+            extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
+        kept = {name: value for name, value in own.items() if name in later}
+        writes = self.store(kept, low, changed)
+        self.loop(count, [*writes, *masks.values()], low, extra, always=True)
+        rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
+        for k, values in enumerate(behind):
+            self.emit(f"if hit{k} != 0:")
+            if k in masks:
+                self.where_asked(count, masks[k][0], self.restore(values), low, rows)
+            else:
+                self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
+        if "fastest" in changed:
+            self.loop(count, [], low, [largest(self.value("fastest", low, {}, low))])
+
+    def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
+        """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.
+
+        They are listed first: a condition inside the loop would be vectorised, and everything computed everywhere.
+        """
+        self.emit("places = 0", 2)
+        self.emit(f"for j in range({count}):", 2)
+        self.emit(f"if {mask.at(low)} != 0.0:", 3)
+        self.emit(f"buf[{mask.number * (TILE + SPARE)} + places] = j", 4)
+        self.emit("places += 1", 4)
+        self.emit("for k in range(places):", 2)
+        self.emit(f"j = int(buf[{mask.number * (TILE + SPARE)} + k])", 3)
+        self.compute(writes, low, [], 3, rows=rows)
+
+    def face(self, place: int) -> tuple[Any, Any]:
+        """Symbols of the states on both sides of the face at loop variable + place."""
+        left, right = (tuple(self.load(row, place + offset) for row in self.fields["q"]) for offset in (-1, 0))
+        return left, right
+
+    def suspect(self, ql: Any, qr: Any) -> Any:
+        """Symbol of whether a face may have lost hyperbolicity, so that it is worth counting."""
+        return self.parts.model.may_lose_hyperbolicity(ql, qr) if self.problem.model.defines("may_lose_hyperbolicity") else True
+
+    def count_lost(self) -> None:
+        """Count the faces with complex speeds, and keep the first, where the first loop saw reason to doubt."""
+        if not self.problem.model.defines("hyperbolic_discriminant"):
+            return
+        lines = [("if {} != 0:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0), ("    found[0] += 1", None),
+                 ("    if found[1] < 0:", None), ("        found[1] = c0 + j", None)]
+        deep = deepness(self.parts.model, *self.face(0))
+        if deep is not None:
+            lines += [(f"    if {{}} < {FILM * MICRO}:", deep), ("        found[2] += 1", None),
+                      ("    found[3] = max(found[3], int({}))", deep)]
+        self.emit("if doubt != 0:")
+        self.loop("nt + closing", [], 0, lines, depth=2)
+
+    def update(self, group: tuple[tuple[int, int], list[Stage]]) -> None:
+        """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""
+        (low, _), stages = group
+        own = self.run(stages, low)
+        extra: list[tuple[str, Any]] = []
+        brought: list[tuple[int, Any]] = []
+        self.emit("bad = 0")
+        if self.staged:
+            new = tuple(-1.0 * net for net in own["net"])
+        else:
+            q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
+            moved = own.get("new") or tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
+            new, brought = self.finished(moved, aux)
+            extra.append(("bad = bad | (1 - {})", self.good(new)))
+        rows, counted = tuple(self.new_row(0) for _ in new), [(k, self.new_row(0)) for k, _ in brought]
+        changes = [(row, change) for (_, row), (_, change) in zip(counted, brought, strict=True)]
+        self.loop("nt", [*zip(rows, new, strict=True), *changes], 0, extra)
+        self.count_brought(counted)
+        for k, row in enumerate(rows):
+            self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
+            self.emit("for j in range(nt):")
+            self.emit(f"dst[j] = {row.at(0)}", 2)
+        if "to_left" in self.light:
+            self.end_fluxes()
+        self.emit("return bad")
+
+
+def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None, varies: list[bool]) -> Source:
+    """Return the text of the kernel's own part: ``tile`` and ``ghosts``, and for a staged scheme ``opening``, ``finish`` and,
+    with implicit sources, ``source_tile``. ``varies`` says which given functions are not zero everywhere.
+
+    Raises
+    ------
+    Untraceable
+        With the method, file and line of the pointwise code that only whole arrays can run.
+    """
+    generator = Generator(problem, scheme, parts, plan, varies)
+    pieces, blocks, rows = [_located(generator.tile), _located(generator.ghosts)], generator.blocks, generator.rows
+    if generator.staged:
+        pieces += [_located(generator.ends), generator.extend()]
+        if source_plan is not None:
+            implicit = Generator(problem, scheme, parts, source_plan, varies, prefix="source_")
+            pieces.append(_located(implicit.tile))
+            blocks, rows = blocks + implicit.blocks, max(rows, implicit.rows)
+    content = [made.text() for made in blocks]
+    return Source("\n".join([*content, *(line for piece in pieces for line in ("", "", *piece)), ""]), tuple(blocks), rows)
+
+
+def _located(build: Callable[[], list[str]]) -> list[str]:
+    """Run a part of the generator; name method, file and line where pointwise code cannot be traced."""
+    try:
+        return build()
+    except Untraceable as error:
+        trace, frames = error.__traceback__, []
+        while trace is not None:
+            frames.append((trace.tb_frame.f_code, trace.tb_lineno))
+            trace = trace.tb_next
+        users = [(code, line) for code, line in frames if "/fvkit/backends/" not in code.co_filename.replace("\\", "/")]
+        code, line = users[-1] if users else frames[-1]
+        raise Untraceable(f"{code.co_qualname} ({code.co_filename}:{line}): {error}; "
+                          'backend="numpy" runs it as it is') from None

@@ -1,0 +1,224 @@
+"""What generated kernels are written with: symbols, rows of scratch, loops, and blocks that compute what is written.
+
+A tile of cells stands in one scratch buffer, every field a row at a fixed offset. Rows are longer than a page, offsets are
+constants, nothing is indexed from below: each of these was measured to matter by a factor.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fvkit.backends.compiled.llvm import Block, block, is_condition
+from fvkit.backends.compiled.per_cell import PerCell
+from fvkit.backends.plan import Plan
+from fvkit.pointwise.tracing import Expr, Graph, with_symbols
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
+
+#: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
+TILE, SPARE = 509, 19
+
+
+class Row(NamedTuple):
+    """A field component in the scratch buffer: entry 0 is place ``low``."""
+
+    number: int
+    low: int
+
+    def at(self, place: int) -> str:
+        """Text of the entry of loop variable j that stands for place j + ``place``."""
+        return f"buf[{self.number * (TILE + SPARE) + place - self.low} + j]"
+
+
+class Writer:
+    """Symbols, rows and loops of one kernel. Everything that varies without recompilation is an argument of it."""
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool], prefix: str = "") -> None:
+        self.problem, self.scheme, self.plan, self.varies, self.prefix = problem, scheme, plan, varies, prefix
+        self.staged = scheme.time_integrator is not None
+        self.lines: list[str] = []
+        self.graph = Graph()
+        self.blocks: list[Block] = []
+        self.rows = 0
+        self.names: list[str] = []
+        self.parts = Parts(self._symbolic(parts.model), self._symbolic(parts.riemann),
+                           tuple(self._symbolic(limiter) for limiter in parts.limiters),
+                           tuple(self._symbolic(source) for source in parts.sources),
+                           reconstruction=parts.reconstruction and self._symbolic(parts.reconstruction))
+        self.boundary = tuple(self._symbolic(side) for side in problem.ends)
+        self.parts = self.parts._replace(dx=self._parameter())
+        self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
+        self.fields: dict[str, Any] = {}
+        self.percell = PerCell(self.graph)
+        self.read_from: dict[int, str] = {}
+        self.given = len(problem.model.conserved) + sum(varies)
+        self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
+
+    def _symbolic(self, part: Any) -> Any:
+        return with_symbols(part, self._parameter)
+
+    def _parameter(self) -> Expr:
+        """The symbol of the next parameter."""
+        self.names.append(f"par[{len(self.names)}]")
+        return self.graph.node("uniform", self.names[-1])
+
+    def emit(self, line: str, depth: int = 1) -> None:
+        """Append a line at a depth of indentation."""
+        self.lines.append("    " * depth + line)
+
+    def new_row(self, low: int) -> Row:
+        """Return a new row of scratch."""
+        self.rows += 1
+        return Row(self.rows - 1, low)
+
+    def load(self, row: Row, place: int) -> Expr:
+        """Return the symbol of a row's entry at loop variable + place."""
+        node = self.graph.node("load", row.at(place))
+        if row.number < self.given:
+            self.percell.loads[node.index] = (row, place)
+        return node
+
+    def reads(self, stage: Stage) -> list[Read]:
+        """What a stage reads from cells and other loops: light stages are replaced by what they read themselves."""
+        return [inner for read in stage.reads for inner in self.sources_of(read)]
+
+    def sources_of(self, read: Read) -> list[Read]:
+        """The read itself, or those of the light stage that writes its field."""
+        field, first, last = read
+        if field not in self.light:
+            return [read]
+        return [Read(inner.field, first + inner.first, last + inner.last) for inner in self.reads(self.light[field])]
+
+    def inputs(self, stage: Stage, place: int, own: dict[str, Any], low: int) -> list[Any]:
+        """Symbols for everything that a stage reads at loop variable + place; ``own`` are values of this loop, at ``low``."""
+        return [self.value(field, place + offset, own, low)
+                for field, first, last in stage.reads for offset in range(first, last + 1)]
+
+    def value(self, field: str, place: int, own: dict[str, Any], low: int) -> Any:
+        """Symbols of a field at loop variable + place: of this loop, computed again if light, else from scratch."""
+        if field in own and place == low:
+            return own[field]
+        if field in self.light:
+            stage = self.light[field]
+            written = stage.compute(self.parts, self.ratio, *self.inputs(stage, place, own, low))
+            return dict(zip(stage.writes, written, strict=True))[field]
+        return self.loaded(self.fields[field], place)
+
+    def loaded(self, value: Any, place: int) -> Any:
+        """Symbols for every row in nested tuples at loop variable + place; constants and uniform symbols stay."""
+        if isinstance(value, Row):
+            return self.load(value, place)
+        return tuple(self.loaded(item, place) for item in value) if isinstance(value, tuple) else value
+
+    def store(self, values: dict[str, Any], low: int, later: dict[str, Any]) -> list[tuple[Row, Expr]]:
+        """Give rows to the values that vary from cell to cell, here or in a guarded stage; return what to write where.
+
+        ``later`` holds what guarded stages make of them.
+        """
+        writes: list[tuple[Row, Expr]] = []
+
+        def place(value: Any, other: Any) -> Any:
+            if isinstance(value, tuple):
+                return tuple(place(item, other[k]) for k, item in enumerate(value))
+            if value is other and value.uniform if isinstance(value, Expr) else not isinstance(other, Expr) and value == other:
+                return value
+            writes.append((self.new_row(low), value))
+            return writes[-1][0]
+
+        for name, value in values.items():
+            self.fields[name] = place(value, later.get(name, value))
+        return writes
+
+    def restore(self, values: dict[str, Any]) -> list[tuple[Row, Any]]:
+        """Return what a guarded stage writes to the rows that its fields have."""
+        def pairs(row: Any, value: Any) -> list[tuple[Row, Any]]:
+            if isinstance(row, Row):
+                return [(row, value)]
+            inner = zip(row, value, strict=True) if isinstance(row, tuple) else ()
+            return [pair for one, other in inner for pair in pairs(one, other)]
+
+        return [pair for name, value in values.items() for pair in pairs(self.fields[name], value)]
+
+    def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
+             always: bool = False, rows: dict[int, str] | None = None) -> None:
+        """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value.
+
+        ``always`` says that the loop runs in every tile: what it needs per cell is then worth a loop of its own. ``rows``
+        tells where nodes stand that an earlier loop has stored.
+        """
+        self.emit(f"for j in range({count}):", depth)
+        self.compute(writes, low, extra, depth + 1, always, rows)
+
+    def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int, always: bool = False,
+                rows: dict[int, str] | None = None) -> None:
+        """The body of a `loop`."""
+        names = self.assign([value for _, value in (*extra, *writes)], depth, always=always, rows=rows or {})
+        for (line, _), name in zip(extra, names, strict=False):
+            self.emit(line.format(name), depth)
+        for (row, _), name in zip(writes, names[len(extra):], strict=True):
+            self.emit(f"{row.at(low)} = {name}", depth)
+
+    def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False,
+               rows: dict[int, str] | None = None) -> list[str]:
+        """Emit the call of a block that computes the values; return the name or number that stands for each.
+
+        ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
+        """
+        stored = rows or {}
+
+        def plain(node: Expr) -> bool:
+            if node.operation in ("load", "uniform") or node.index in stored:
+                return True
+            return node.uniform and not fixed and not is_condition(node)
+
+        outputs = list({value.index: value for value in values if isinstance(value, Expr)}.values())
+        if not outputs:
+            return [_number(value) for value in values]
+        known = self.percell.find(outputs, plain, always)
+        made = block(f"{self.prefix}block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node))
+        for item in made.inputs:
+            if item.index in known:
+                self.keep_per_cell(item, *known[item.index])
+        self.blocks.append(made)
+        names = {value.index: f"v{len(self.blocks)}_{value.index}" for value in outputs}
+        left = "".join(f"{name}, " for name in names.values())
+        inputs = (stored.get(item.index) or self.argument(item) for item in made.inputs)
+        self.emit(f"({left}) = {made.name}({', '.join(inputs)})", depth)
+        return [names[value.index] if isinstance(value, Expr) else _number(value) for value in values]
+
+    def keep_per_cell(self, node: Expr, function: int, place: int) -> None:
+        """Give a function of one cell a row, and let the node be read from it."""
+        if function not in self.percell.rows:
+            self.percell.rows[function] = self.new_row(-self.plan.halo)
+            self.percell.samples[function] = node
+        self.read_from[node.index] = self.percell.rows[function].at(place)
+
+    def per_cell(self) -> list[str]:
+        """Text of the loop that computes the rows of `keep_per_cell` from the cells of a tile and its halo."""
+        kept, self.lines = self.lines, []
+        halo = self.plan.halo
+        writes = [(self.percell.rows[function], self.percell.at(node, -halo, self.load))
+                  for function, node in self.percell.samples.items()]
+        self.percell.rows = {}
+        if writes:
+            self.loop(f"nt + {2 * halo}", writes, -halo, [])
+        made, self.lines = self.lines, kept
+        return made
+
+    def argument(self, item: Expr) -> str:
+        """Text of an input of a block."""
+        if item.index in self.read_from:
+            return self.read_from[item.index]
+        return f"u{item.index}" if item.uniform and item.operation != "uniform" else str(item.arguments[0])
+
+    def run(self, stages: list[Stage], low: int) -> dict[str, Any]:
+        """Symbols of what stages that share a loop write, at ``low``."""
+        own: dict[str, Any] = {}
+        for stage in stages:
+            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own, low)), strict=True))
+        return own
+
+
+def _number(value: Any) -> str:
+    """Text of a constant that tracing has found: a plain number, whatever NumPy calls it; nothing for None."""
+    return "" if value is None else repr(value.item() if isinstance(value, np.generic) else value)

@@ -1,0 +1,282 @@
+"""The compiled backend: generated kernels under numba, cached on disk by their content."""
+
+import os
+import sys
+import threading
+import time
+import types
+import warnings
+from copy import copy
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fvkit.backends.compiled import disk_cache, llvm
+from fvkit.backends.compiled.generator import Source, generate
+from fvkit.backends.compiled.llvm import Block
+from fvkit.backends.compiled.loops import SPARE, TILE
+from fvkit.backends.compiled.time_loop import DRIVER, STAGED_DRIVER
+from fvkit.backends.kernel import Kernel
+from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
+from fvkit.backends.runge_kutta import STATE, TRANSPORT, Program, program
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
+
+#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` says what is contracted.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+
+#: The functions that a module may have, callees first.
+FUNCTIONS = ("tile", "source_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance")
+
+#: Seconds after which a compilation is announced.
+ANNOUNCE_AFTER = 1.0
+
+#: Environment variable by which debuggers and measures of coverage switch numba's compiler off.
+SWITCH = "NUMBA_DISABLE_JIT"
+
+
+def switched_off() -> bool:
+    """Whether numba's compiler is switched off; does not import it."""
+    loaded = sys.modules.get("numba")
+    return bool(os.environ.get(SWITCH, "").strip(" 0")) or (loaded is not None and bool(loaded.config.DISABLE_JIT))
+
+
+def available() -> bool:
+    """Whether numba is installed and compiles; does not import it."""
+    return find_spec("numba") is not None and not switched_off()
+
+
+class NumbaKernel(Kernel):
+    """Runs steps in compiled code; new parameter values never recompile.
+
+    Raises
+    ------
+    fvkit.pointwise.tracing.Untraceable
+        If a pointwise function does what only whole arrays can do, naming method, file and line.
+    """
+
+    name: ClassVar[str] = "numba"
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
+        super().__init__(problem, scheme, parts)
+        source = generate(problem, scheme, parts, self.plan, self.source_plan, self._varies())
+        started = time.perf_counter()
+        self.module = _module(self.text(source), source.blocks)
+        self.compile_seconds = time.perf_counter() - started
+        self._rows = source.rows
+        self._prepare(problem, parts)
+
+    def again(self, problem: Problem, parts: Parts) -> "NumbaKernel":
+        result = copy(self)
+        Kernel.__init__(result, problem, self.scheme, parts)
+        result.compile_seconds = 0.0
+        if result.cells != self.cells or result._varies() != self._varies():
+            raise ValueError(f"`problem` must have {self.cells} cells as before, and given functions that are 0 everywhere where "
+                             "those before were: make a new Stepper")
+        result._prepare(problem, parts)
+        return result
+
+    def _varies(self) -> list[bool]:
+        """Which given functions are not zero everywhere, at all times."""
+        first = len(self.problem.model.aux)
+        moving = [False] * first + [not field.steady for field in self.problem.fields for _ in range(field.size)]
+        moving += [False] * (len(self.aux) - len(moving))
+        return [bool(moves or row.any() or edges.any())
+                for moves, row, edges in zip(moving, self.aux, self.aux_edges, strict=True)]
+
+    def _prepare(self, problem: Problem, parts: Parts) -> None:
+        """Lay out the numbers that compiled code takes."""
+        reconstruction = () if parts.reconstruction is None else (parts.reconstruction,)
+        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *reconstruction, *problem.ends)
+        self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
+        self._scratch = self.scratch()
+        self._steady = self.boundary_values(problem.t_start)
+
+    def scratch(self) -> tuple[np.ndarray, ...]:
+        """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces.
+
+        Behind those fluxes stands what sources bring of each mass, summed over the cells.
+        """
+        row, ends = TILE + SPARE, (3, max(len(self.mass_rows), 1))
+        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64)
+
+    def boundary_values(self, *times: float) -> np.ndarray:
+        """What the boundaries give to their ghosts at each time, a row for each side."""
+        given = [values for t in times for values in self.ghost_values(t)]
+        result = np.zeros((len(given), max(1, *(len(values) for values in given))))
+        for row, values in zip(result, given, strict=True):
+            row[:len(values)] = values
+        return result
+
+    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
+        if self.steady:
+            return self._advance(march, target, max_steps, march.retries, self._steady)
+        for _ in range(max_steps):
+            outcome = self._step(march, target)
+            if outcome is not Outcome.PAUSED:
+                return outcome
+        return Outcome.PAUSED
+
+    def _step(self, march: March, target: float) -> Outcome:
+        """One accepted step; boundaries and fields of sources are asked again for each length that is tried."""
+        outcome = Outcome.NO_STEP
+        for _ in range(march.retries):
+            dt, _ = step_length(march.t, march.dt, target)
+            if not self.steady_fields:
+                self.set_fields(march.t + 0.5 * dt)
+            outcome = self._advance(march, target, 1, 1, self.boundary_values(*self.times(march.t, dt)))
+            if outcome is not Outcome.NO_STEP:
+                break
+        return outcome
+
+    def times(self, t: float, dt: float) -> list[float]:
+        """When the boundaries are asked in a step of length dt from t."""
+        return [t + 0.5 * dt]
+
+    def registers(self) -> tuple[Any, ...]:
+        """What `advance` takes beyond the arguments of every kernel."""
+        return ()
+
+    def _advance(self, march: March, target: float, max_steps: int, retries: int, values: np.ndarray) -> Outcome:
+        scheme, splitting = self.scheme, self.scheme.splitting
+        outcome = self.module.advance(
+            march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps, retries,
+            *march.bounds, scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, *self.registers(),
+            self.parameters, values, *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
+        return Outcome(outcome)
+
+    def text(self, source: Source) -> str:
+        """The whole module: constants, the kernel's own functions, the time loop."""
+        return _module_text({}, self.plan.halo, source.text, DRIVER)
+
+
+class StagedNumbaKernel(NumbaKernel):
+    """The same for a scheme with a time integrator: a step is a program of sweeps."""
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
+        integrator = scheme.time_integrator
+        if integrator is None:
+            raise TypeError(f"{type(scheme).__name__} has no time integrator")
+        self._program = program(integrator)
+        super().__init__(problem, scheme, parts)
+
+    def _prepare(self, problem: Problem, parts: Parts) -> None:
+        super()._prepare(problem, parts)
+        self._registers = (np.zeros((self._program.registers, *self.padded(problem.q0).shape)), *_tables(self._program))
+        self._steady = self.boundary_values(*[problem.t_start] * len(self._program.sweeps))
+
+    def times(self, t: float, dt: float) -> list[float]:
+        return [t + sweep.time * dt for sweep in self._program.sweeps]
+
+    def registers(self) -> tuple[Any, ...]:
+        return (*self._registers, self._program.last)
+
+    def text(self, source: Source) -> str:
+        constants = {"GHOSTS": self.plan.halo, "STATE": STATE, "TRANSPORT": TRANSPORT}
+        name = "tile" if self.source_plan is None else "source_tile"
+        return _module_text(constants, self.plan.halo, source.text, STAGED_DRIVER.replace("SOURCES(", f"{name}("))
+
+
+def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
+    """A program as the arrays that the driver of staged schemes reads."""
+    longest = max(len(sweep.terms) for sweep in steps.sweeps)
+    sweeps = np.zeros((len(steps.sweeps), 5 + 2 * longest), dtype=np.int64)
+    weights = np.zeros((len(steps.sweeps), 2 + longest))
+    for row, numbers, sweep in zip(sweeps, weights, steps.sweeps, strict=True):
+        target = -1 if sweep.target is None else sweep.target
+        row[:5] = sweep.implicit, sweep.state, sweep.rate, target, len(sweep.terms)
+        numbers[:2] = sweep.share, sweep.flux
+        for k, term in enumerate(sweep.terms):
+            row[5 + 2 * k:7 + 2 * k] = term.register, term.kind
+            numbers[2 + k] = term.weight
+    return sweeps, weights
+
+
+def _aligned(size: int) -> np.ndarray:
+    """Return zeros that start at a cache line: vectors then never straddle two of them without need."""
+    line = 64
+    room = np.zeros(size + line // 8)
+    start = (-room.ctypes.data % line) // 8
+    return room[start:start + size]
+
+
+def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str) -> str:
+    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
+                 **{item.name: int(item) for item in Outcome}}
+    lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
+    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
+
+
+#: Modules of this process, by the name that their content gives them; one thread at a time makes one.
+_loaded: dict[str, Any] = {}
+_making = threading.Lock()
+
+
+def _module(text: str, blocks: tuple[Block, ...]) -> Any:
+    """Return the compiled module of a text and its blocks, from memory, disk or the compiler."""
+    import numba
+
+    compiler = Path(llvm.__file__).read_text(encoding="utf-8")
+    name = "kernel_" + disk_cache.key(text, compiler, repr(sorted(map(str, OPTIONS.items()))), numba.__version__, np.__version__,
+                                 sys.version)
+    with _making:
+        if name not in _loaded:
+            _loaded[name] = _made(name, text, blocks, numba)
+    return _loaded[name]
+
+
+def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any) -> Any:
+    """Make a module."""
+    path, lasting = disk_cache.place(name, text)
+    module = types.ModuleType(f"fvkit_{name}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    space = module.__dict__
+    exec(compile(text, str(path), "exec"), space)
+    space |= {block.name: block.compiled() for block in blocks}
+    timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
+    timer.daemon = True
+    timer.start()
+    try:
+        _compile(module, numba, lasting)
+    finally:
+        timer.cancel()
+    return module
+
+
+def _compile(module: Any, numba: Any, lasting: bool) -> None:
+    """Compile ``advance``, or load it; without the disk where that fails for the disk's sake."""
+    real, whole = numba.float64, numba.int64
+    rows, row, counts = real[:, ::1], real[::1], whole[::1]
+    registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if "add_up" in module.__dict__ else ()
+    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
+                 row, rows, row, row, rows, rows, rows, row, counts, counts)
+    try:
+        _decorate(module, numba, lasting)
+        module.advance.compile(signature)
+    except Exception as error:  # a full disk, or a damaged file, of which unpickling may say anything
+        if not lasting:
+            raise
+        _decorate(module, numba, lasting=False)
+        module.advance.compile(signature)
+        path = Path(module.__file__)
+        if isinstance(error, OSError):
+            cause = f"could not be kept on disk ({error}): it is compiled again in every process"
+        else:
+            cause = f"could not be read from {path.parent} ({type(error).__name__}: {error}): its files were removed"
+            disk_cache.forget(path.stem)
+        warnings.warn(f"a compiled kernel {cause}.", RuntimeWarning, stacklevel=6)
+
+
+def _decorate(module: Any, numba: Any, lasting: bool) -> None:
+    """Let numba take the functions of a module, and keep on disk those that are called from outside."""
+    space = module.__dict__
+    for name in [name for name in FUNCTIONS if name in space]:
+        keep = lasting and name in ("advance", "ghosts", "tiles")
+        space[name] = numba.njit(cache=keep, **OPTIONS)(getattr(space[name], "py_func", space[name]))
+
+
+def _announce(path: Path) -> None:
+    print(f"fvkit: compiling a kernel for this combination of parts, once; kept in {path.parent}", file=sys.stderr, flush=True)

@@ -1,0 +1,64 @@
+"""Compiled steps on several threads: each takes its share of the tiles, so the result is that of one thread, to the bit."""
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+
+from fvkit.backends.compiled.loops import TILE
+from fvkit.backends.compiled.numba_kernel import NumbaKernel
+from fvkit.backends.march import March
+from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
+
+#: Cells below which threads cost more than they gain: handing out a step takes about as long as 10,000 cells.
+SMALLEST = 100_000
+
+
+class ThreadedKernel(StepwiseKernel):
+    """Runs the tiles of a compiled kernel on ``threads`` threads.
+
+    Raises
+    ------
+    ValueError
+        Below the number of cells where threads pay.
+    """
+
+    name: ClassVar[str] = "numba"
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, threads: int) -> None:
+        super().__init__(problem, scheme, parts)
+        if self.cells < SMALLEST:
+            raise ValueError(f"`threads` pays from {SMALLEST} cells on, got {threads} threads for {self.cells} cells: "
+                             "use threads=1, and run several problems at once instead")
+        self._kernel = NumbaKernel(problem, scheme, parts)
+        self.compile_seconds = self._kernel.compile_seconds
+        count = (self.cells + TILE - 1) // TILE
+        cuts = [count * k // threads for k in range(threads + 1)]
+        self._shares = [(begin, end, self._kernel.scratch()) for begin, end in pairwise(cuts)]
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fvkit")
+
+    def again(self, problem: Problem, parts: Parts) -> "ThreadedKernel":
+        return ThreadedKernel(problem, self.scheme, parts, len(self._shares))
+
+    def trial(self, march: March, dt: float) -> Trial:
+        kernel, splitting = self._kernel, self.scheme.splitting
+        if not self.steady_fields:
+            self.set_fields(march.t + 0.5 * dt)
+        values = kernel.boundary_values(*kernel.times(march.t, dt))
+        kernel.module.ghosts(march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
+        common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
+                  splitting.after * dt, kernel.parameters, values)
+        work = [self._pool.submit(partial(kernel.module.tiles, begin, end, *common, *scratch))
+                for begin, end, scratch in self._shares]
+        reports = [item.result() for item in work]
+        speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)
+        found = [scratch[4] for _, _, scratch in self._shares]
+        firsts = [int(item[1]) for item in found if item[1] >= 0]
+        fluxes = [scratch[3] for _, _, scratch in self._shares]
+        brought = np.add.reduce([flux[2] for flux in fluxes])
+        lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
+        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought, lost, min(firsts, default=-1))

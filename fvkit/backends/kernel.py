@@ -1,0 +1,184 @@
+"""What every backend shares: padded states, ghost geometry, and the bookkeeping of a march through time."""
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit.backends.march import MICRO, March, Outcome
+from fvkit.backends.numpy_stages import Runner
+from fvkit.backends.plan import Plan, plan
+from fvkit.pointwise import maximum
+from fvkit.problem import fields
+from fvkit.problem.boundary import BoundaryCondition
+from fvkit.problem.model import Model, aux_rows
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
+
+
+def deepness(model: Any, ql: Any, qr: Any) -> Any:
+    """Depth of a face that is lost: of its deeper side, in micrometres; None for a model without a depth."""
+    return MICRO * maximum(model.depth(ql), model.depth(qr)) if callable(getattr(model, "depth", None)) else None
+
+
+class Kernel(ABC):
+    """Abstract backend: runs the stages of one scheme for one problem. Contract:
+
+    1. States are padded arrays (num_eqn, halo + num_cells + halo), made by `padded`; a kernel owns none. ``aux`` holds the
+       given functions on the cells of the grid, not copied if there is one, and behind them the fields of sources,
+       see `set_fields`; ``aux_edges`` those of the ghost cells.
+    2. `advance` takes accepted steps only: a step above the scheme's largest Courant number, or with a state that is
+       not finite or has a negative mass, leaves ``march.now`` and ``march.t`` untouched.
+    3. Ghost cells are filled before the transport of a step; sources act on the cells of the grid alone.
+    """
+
+    name: ClassVar[str]
+    compile_seconds: float = 0.0
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
+        self.problem, self.scheme, self.parts = problem, scheme, parts
+        self.plan, self.source_plan = plans(scheme, parts)
+        self.halo, self.cells = self.plan.halo, problem.grid.num_cells
+        if self.cells < self.halo:
+            raise ValueError(f"`num_cells` must be >= {self.halo} for this scheme, got {self.cells}")
+        self.mass_rows = list(problem.model.mass_rows())
+        self.closed = problem.ends[0].reads == "opposite"
+        self.ghosts = (self._side(left=True), self._side(left=False))
+        rows = aux_rows(problem.model, problem.aux_averages)
+        self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
+        self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
+        if problem.fields:
+            self._stand_behind(fields.averages(problem.fields, problem.t_start))
+        self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
+        self._layers = np.arange(self.halo, 0, -1.0), np.arange(1.0, self.halo + 1.0)
+        self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
+        if problem.background_averages is not None:
+            self._add_background(problem.background_averages)
+
+    def again(self, problem: Problem, parts: Parts) -> "Kernel":
+        """Return the kernel of a problem with parts of the same kinds and as many cells; ValueError where it needs other code."""
+        if problem.grid.num_cells != self.cells:
+            raise ValueError(f"`problem` must have {self.cells} cells, got {problem.grid.num_cells}: make a new Stepper")
+        return type(self)(problem, self.scheme, parts)
+
+    def padded(self, q: np.ndarray) -> np.ndarray:
+        """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
+        result = np.zeros((q.shape[0], self.cells + 2 * self.halo))
+        self.inside(result)[:] = q
+        return result
+
+    def inside(self, padded: np.ndarray) -> np.ndarray:
+        """View of the cells of the grid."""
+        return padded[:, self.halo:self.halo + self.cells]
+
+    def padded_aux(self) -> np.ndarray:
+        """The given functions on cells and ghost cells."""
+        return np.concatenate([self.aux_edges[:, :self.halo], self.aux, self.aux_edges[:, self.halo:]], axis=1)
+
+    def fill_ghosts(self, q: np.ndarray, t: float) -> None:
+        """Fill the ghost cells of a padded state."""
+        model = self.problem.model
+        given = self._given_values = self.ghost_values(t) if self._values is None else self._values
+        for side, (ghosts, seen), numbers, values in zip(self.problem.ends, self._slices, self._layers, given, strict=True):
+            for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), side.layer(values, numbers)), strict=True):
+                row[ghosts] = component
+
+    def _stand_behind(self, rows: np.ndarray) -> None:
+        """Put rows behind the given functions; ghost cells get those of the cells they look at."""
+        self.aux = np.concatenate([self.aux, rows])
+        self.aux_edges = np.concatenate([self.aux_edges, rows[:, self._seen_by_ghosts()]])
+
+    def _seen_by_ghosts(self) -> list[int]:
+        """The cells of the grid that all ghost cells look at, from left to right."""
+        return [cell for ghosts, seen in self.ghosts for cell in _within(seen, self.halo, len(ghosts))]
+
+    def set_fields(self, t: float) -> None:
+        """Set what sources have as fields over the grid to time t."""
+        rows, first = fields.averages(self.problem.fields, t), len(self.problem.model.aux)
+        here = slice(first, first + len(rows))
+        self.aux[here], self.aux_edges[here] = rows, rows[:, self._seen_by_ghosts()]
+
+    def _add_background(self, averages: np.ndarray) -> None:
+        """Put what the scheme wants to know of the background behind the given functions."""
+        problem, halo = self.problem, self.halo
+        flow, aux = self.padded(averages), self.padded_aux()
+        with np.errstate(all="ignore"):
+            self.fill_ghosts(flow, problem.t_start)
+            given = problem.background
+            at_faces = np.asarray(given(problem.grid.edges), dtype=float) if callable(given) else None
+            rows = self.scheme.background(self.parts, flow, aux, at_faces)
+            fields = {"q": tuple(flow), "aux": tuple(np.concatenate([aux, rows]))}
+            net = Runner(self.parts, self.plan, {self.cells}).run(fields, self.cells, 0.0)["net"]
+        rows = self.scheme.completed(rows, self.padded(np.array([np.broadcast_to(row, self.cells) for row in net])))
+        whole = np.concatenate([aux, rows])
+        self.aux, self.aux_edges = self.inside(whole).copy(), np.concatenate([whole[:, :halo], whole[:, -halo:]], axis=1)
+
+    def _side(self, left: bool) -> tuple[range, range]:
+        """Ghost cells of one side, and for each the cell that it looks at."""
+        halo, n = self.halo, self.cells
+        ghosts = range(halo) if left else range(halo + n, n + 2 * halo)
+        reads = self.problem.ends[0 if left else 1].reads
+        if reads == "opposite":
+            return ghosts, range(n, n + halo) if left else range(halo, 2 * halo)
+        if reads == "mirror":
+            return ghosts, range(2 * halo - 1, halo - 1, -1) if left else range(halo + n - 1, n - 1, -1)
+        edge = halo if left else halo + n - 1
+        return ghosts, range(edge, edge + 1)
+
+    def _outside(self, end: BoundaryCondition, cells: tuple[range, range]) -> np.ndarray:
+        """The given functions on the ghost cells of one side."""
+        ghosts, seen = cells
+        near = np.array(_within(seen, self.halo, len(ghosts)))
+        distance = np.abs(np.array(ghosts) - self.halo - near) * self.problem.grid.dx
+        return np.asarray(end.ghost_aux(self.problem.model, self.aux[:, near], distance), dtype=float)
+
+    def ghost_values(self, t: float) -> tuple[tuple[float, ...], ...]:
+        """What the boundary conditions of both sides give to their ``ghost`` at time t."""
+        return tuple(side.values(self.problem.model, t) for side in self.problem.ends)
+
+    @property
+    def steady_boundary(self) -> bool:
+        """Whether `ghost_values` is the same at all times."""
+        return all(side.steady for side in self.problem.ends)
+
+    @property
+    def steady(self) -> bool:
+        """Whether all steps are alike: neither boundary conditions nor sources depend on time."""
+        return self.steady_boundary and self.steady_fields
+
+    @property
+    def steady_fields(self) -> bool:
+        """Whether the fields of sources are the same at all times."""
+        return all(field.steady for field in self.problem.fields)
+
+    @abstractmethod
+    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
+        """Take accepted steps until ``march.t == target``, exactly, or at most ``max_steps`` of them."""
+
+
+def imposed(end: BoundaryCondition, model: Model, values: Any) -> tuple[Any, ...]:
+    """Return the flux of each mass that a boundary condition sets by itself; () where it leaves that to the Riemann solver."""
+    if end.closed:
+        return (0.0,) * len(model.mass_rows())
+    return end.mass_fluxes(model, values) if end.defines("mass_fluxes") else ()
+
+
+def plans(scheme: Scheme, parts: Parts) -> tuple[Plan, Plan | None]:
+    """Return the plans of a scheme's stages and of its implicit sources, None without, with one halo for both."""
+    transport, sources = plan(scheme.stages(parts)), scheme.source_stages(parts)
+    if not sources:
+        return transport, None
+    implicit = plan(sources)
+    halo = max(transport.halo, implicit.halo)
+    return attrs.evolve(transport, halo=halo), attrs.evolve(implicit, halo=halo)
+
+
+def _slice(cells: range) -> slice:
+    """The slice of the same cells; none of ours ends at index 0 going down."""
+    return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
+
+
+def _within(seen: range, halo: int, count: int) -> list[int]:
+    """Cells of the grid, counted from its first, that ``count`` ghost cells look at."""
+    return [cell - halo for cell in seen] * (count // len(seen))

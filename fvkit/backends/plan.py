@@ -1,0 +1,56 @@
+"""From stages with offsets to ranges: which cells and faces each stage must cover, and how many ghost cells that takes."""
+
+import attrs
+
+from fvkit.schemes.scheme import Stage
+
+
+@attrs.frozen
+class Plan:
+    """Ranges of the stages of a scheme over a tile of n cells.
+
+    Parameters
+    ----------
+    stages : the stages, in order.
+    ranges : (low, high) per stage: it covers the places low .. n + high - 1.
+    halo : ghost cells needed on each side.
+    """
+
+    stages: tuple[Stage, ...]
+    ranges: tuple[tuple[int, int], ...]
+    halo: int
+
+
+def plan(stages: tuple[Stage, ...]) -> Plan:
+    """Work backwards from what the last stage writes on the cells of a tile to what every stage must cover."""
+    needed: dict[str, tuple[int, int]] = dict.fromkeys(stages[-1].writes, (0, 0))
+    ranges: list[tuple[int, int]] = []
+    for stage in reversed(stages):
+        wanted = [needed.pop(name) for name in stage.writes if name in needed]
+        low, high = min(r[0] for r in wanted), max(r[1] for r in wanted)
+        ranges.append((low, high))
+        if stage.sparse:
+            needed |= dict.fromkeys(stage.writes, (low, high))
+        for field, first, last in stage.reads:
+            old = needed.get(field, (low + first, high + last))
+            needed[field] = (min(old[0], low + first), max(old[1], high + last))
+    low, high = needed["q"]
+    return Plan(stages, _with_guarded(stages, ranges[::-1]), max(-low, high))
+
+
+def _with_guarded(stages: tuple[Stage, ...], ranges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    """Let a guarded stage cover all of the fields that it rewrites, so that these keep their place whether it runs or not.
+
+    A stage before a guarded one covers as much as what it reads, where it reads nothing further away: it can then share
+    the loop of the stage before it. So does a light stage, whose result is not stored anyway.
+    """
+    covered: dict[str, tuple[int, int]] = {}
+    for k, stage in enumerate(stages):
+        if stage.guard is not None:
+            ranges[k] = covered[stage.writes[0]]
+        elif stage.light or (k + 1 < len(stages) and stages[k + 1].guard is not None):
+            wider = [covered[read.field] for read in stage.reads if read.field in covered]
+            if wider and all(read.first == read.last == 0 for read in stage.reads):
+                ranges[k] = max(low for low, _ in wider), min(high for _, high in wider)
+        covered |= dict.fromkeys(stage.writes, ranges[k])
+    return tuple(ranges)

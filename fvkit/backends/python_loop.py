@@ -1,0 +1,94 @@
+"""Kernels whose time loop runs in Python: what is tried, accepted and refused."""
+
+from abc import abstractmethod
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from fvkit.backends.kernel import Kernel
+from fvkit.backends.march import FILM, MICRO, SHORTEST, March, Outcome, step_length
+
+
+class Lost(NamedTuple):
+    """How many faces lost hyperbolicity, how many of them in films, and the depth of the deepest, in whole micrometres."""
+
+    faces: int = 0
+    films: int = 0
+    deepest: int = 0
+
+    def more(self, depths: np.ndarray | None, count: int) -> "Lost":
+        """Return the sum with so many faces of these depths, in micrometres; None for a model without a depth."""
+        if depths is None:
+            return self._replace(faces=self.faces + count)
+        films = int(np.count_nonzero(depths < FILM * MICRO))
+        return Lost(self.faces + count, self.films + films, max(self.deepest, int(np.max(depths, initial=0.0))))
+
+
+class Trial(NamedTuple):
+    """What a trial step reports.
+
+    Parameters
+    ----------
+    max_speed : largest speed at any face, NaN if any is.
+    good : whether the new state is finite, without negative masses, and admissible.
+    flux : (2, masses) mass fluxes through both ends.
+    brought : (masses,) what sources have added to each mass, summed over the cells.
+    lost, lost_face : faces that lost hyperbolicity, and the first of them.
+    """
+
+    max_speed: float
+    good: bool
+    flux: np.ndarray
+    brought: np.ndarray
+    lost: Lost
+    lost_face: int
+
+
+class StepwiseKernel(Kernel):
+    """A kernel whose time loop runs in Python; a subclass makes one trial step."""
+
+    @abstractmethod
+    def trial(self, march: March, dt: float) -> Trial:
+        """Write the state after dt into ``march.next``."""
+
+    def advance(self, march: March, target: float, max_steps: int) -> Outcome:
+        for _ in range(max_steps):
+            if march.t >= target:
+                break
+            outcome = self._step(march, target)
+            if outcome is not Outcome.PAUSED:
+                return outcome
+        return Outcome.REACHED if march.t >= target else Outcome.PAUSED
+
+    def _step(self, march: March, target: float) -> Outcome:
+        """Take one accepted step. Ctrl-C leaves no trace of one that is not whole, but for the count of lost faces."""
+        dx, scheme, t = self.problem.grid.dx, self.scheme, march.t
+        dt, last = step_length(t, march.dt, target)
+        rejected, outcome = 0, Outcome.NO_STEP
+        while rejected < march.retries and (last or t + dt != t):
+            report = self.trial(march, dt)
+            cfl = report.max_speed * dt / dx
+            if not isfinite(cfl) or cfl <= scheme.cfl_max:
+                outcome = Outcome.PAUSED if isfinite(cfl) and report.good else Outcome.BAD_STATE
+                break
+            rejected += 1
+            dt, last = dt * max(scheme.cfl / cfl, SHORTEST), False
+            if not self.steady:
+                dt, last = step_length(t, dt, target)
+        if outcome is not Outcome.PAUSED:
+            march.refuse(dt, rejected)
+            return outcome
+        if report.lost.faces:
+            if not march.lost:
+                march.lost_face, march.lost_time = report.lost_face, t
+            march.lost += report.lost.faces
+            march.films += report.lost.films
+            march.deepest = max(march.deepest, report.lost.deepest)
+            if march.stop_when_lost:
+                march.refuse(dt, rejected)
+                return Outcome.LOST_HYPERBOLICITY
+        following = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
+        passed = np.concatenate([dt * report.flux, dx * report.brought[None]])
+        march.accept(target if last else t + dt, march.bounded(following), cfl, rejected, passed)
+        return Outcome.PAUSED

@@ -1,0 +1,116 @@
+"""Files: written whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+from uuid import uuid4
+
+from fvkit import validation
+from fvkit.validation import Portable
+
+
+def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace: bool = True) -> Path:
+    """Let ``write`` fill a temporary file beside ``path``, then rename it: an existing file survives any failure.
+
+    Any number of processes and threads may do so at once, each with a temporary file of its own: the last one counts.
+
+    Parameters
+    ----------
+    path : where the file shall stand; its folder must exist.
+    write : function of the open binary file.
+    replace : False refuses where a file exists, also one that another process has made in the meantime.
+
+    Returns
+    -------
+    pathlib.Path
+        ``path``.
+
+    Raises
+    ------
+    OSError
+        If the disk is full or anything else goes wrong with it; it names ``path``.
+    FileExistsError
+        If there is a file and ``replace`` is False.
+    """
+    target = Path(path)
+    temporary = temporary_beside(target)
+    try:
+        with open(temporary, "xb") as file:
+            write(file)
+        if replace:
+            os.replace(temporary, target)
+        else:
+            _name_new(temporary, target)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OSError(error.errno, f"{error.strerror or error}, so nothing was changed", str(target)) from error
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+    return target
+
+
+def remove(folder: Path, names: Iterable[str], but: Iterable[str] = ()) -> None:
+    """Remove the files of those names, but for some, from a folder: of an earlier run, they would pass for results of this one.
+
+    To be asked when the new files are written, so that a full disk leaves the old ones.
+    """
+    for name in set(names) - set(but):
+        (folder / name).unlink(missing_ok=True)
+
+
+def usable_folder(path: str | Path, name: str, files: Iterable[str] = ()) -> Path:
+    """Return a folder if files can be written into it, or raise ValueError naming ``name``: to be asked before a long run.
+
+    It may be missing: it is made for the trial, and removed again. Of ``files``, which will be written there, none may be a
+    folder.
+    """
+    target, made = validation.file(path, name), []
+    try:
+        made = [folder for folder in (target, *target.parents) if not folder.exists()]
+        target.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=target):
+            pass
+    except OSError as error:
+        raise ValueError(f"`{name}` must be a folder that can be written, got {str(path)!r}: {error.strerror}") from None
+    finally:
+        for folder in made:
+            with suppress(OSError):  # what was not made
+                folder.rmdir()
+    for file in files:
+        if (target / file).is_dir():
+            raise ValueError(f"`{name}` must be a folder to write {file} into, got {str(path)!r}, where that is a folder")
+    return target
+
+
+def temporary_beside(target: Path) -> Path:
+    """Return a name in the folder of a file that no one else uses."""
+    return target.with_name(f".{target.name}.{uuid4().hex[:12]}.part")
+
+
+def _name_new(temporary: Path, target: Path) -> None:
+    """Give a file a name that is free, in one move where the file system has links."""
+    try:
+        os.link(temporary, target)
+    except FileExistsError:
+        raise
+    except OSError:  # no links here: what is left is a moment in which two processes may both find the name free
+        if target.exists():
+            raise FileExistsError(None, "it exists", str(target)) from None
+        os.replace(temporary, target)
+    else:
+        temporary.unlink()
+
+
+#: Characters of a reason that are told; some libraries quote whole parts of a damaged file.
+TOLD = 300
+
+
+class Unreadable(Portable, ValueError):
+    """A file that cannot be used; the message names it and says why."""
+
+    def __init__(self, path: Path, reason: object) -> None:
+        super().__init__(f"{path} cannot be read: {validation.cut(str(reason), TOLD)}")

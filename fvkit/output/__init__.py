@@ -1,0 +1,1 @@
+"""Output: solutions, their files and their pictures."""

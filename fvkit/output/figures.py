@@ -1,0 +1,64 @@
+"""Pictures: thin functions that draw on given axes, in colours that colour-blind people can tell apart."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+#: Okabe and Ito's palette, darkest first.
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+class Picture(Figure):
+    """A figure that needs no display; a notebook shows it, whether or not it draws by pyplot elsewhere."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = BytesIO()
+        self.savefig(buffer, format="png")
+        return buffer.getvalue()
+
+
+def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list["Axes"]]:
+    """Return a `Picture`, and its axes in a list."""
+    figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
+    return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
+
+
+def style(index: int) -> dict[str, Any]:
+    """Colour, marker and dashes of the curve number ``index``."""
+    return {"color": COLORS[index % len(COLORS)], "marker": MARKERS[index % len(MARKERS)],
+            "linestyle": ("-", "--", ":", "-.")[index // len(COLORS) % 4]}
+
+
+def plot_series(ax: "Axes", series: Mapping[str, Sequence[Mapping[str, float]]], x: str, y: str, note: str | None = None) -> None:
+    """Draw one log-log line per series of rows, from column ``x`` to column ``y``; ``note`` is written beside markers."""
+    for k, (label, rows) in enumerate(series.items()):
+        points = [(row[x], row[y], row.get(note) if note else None) for row in rows if row[x] > 0.0 and row[y] > 0.0]
+        if not points:
+            continue
+        ax.loglog([p[0] for p in points], [p[1] for p in points], **style(k), markersize=5, linewidth=1.6, label=label)
+        for px, py, text in points:
+            if text is not None:
+                ax.annotate(f"{text:g}", (px, py), textcoords="offset points", xytext=(4, 4), fontsize=6.5,
+                            color=style(k)["color"])
+    ax.grid(which="major", alpha=0.35)
+    ax.grid(which="minor", alpha=0.12)
+
+
+def slope_guides(ax: "Axes", cells: Sequence[float], start: float, orders: Iterable[int] = (1, 2)) -> None:
+    """Draw dashed lines of the given orders of accuracy that start at the error ``start`` at the coarsest grid."""
+    if len(cells) < 2 or not start > 0.0:
+        return
+    ends = np.array([min(cells), max(cells)], dtype=float)
+    for order in orders:
+        values = start * (ends / ends[0]) ** -order
+        ax.loglog(ends, values, color="0.45", linestyle="--", linewidth=0.9, zorder=0)
+        ax.annotate(f"order {order}", (ends[1], values[1]), textcoords="offset points", xytext=(-4, -9), ha="right",
+                    fontsize=7, color="0.35")

@@ -1,0 +1,130 @@
+"""How a run ended: its status, its statistics, and the errors that carry its solution."""
+
+from enum import Enum
+from typing import Any, Protocol
+
+import attrs
+import numpy as np
+
+from fvkit.problem.grid import Grid
+from fvkit.problem.model import Model
+from fvkit.validation import Portable
+
+
+class Status(Enum):
+    """How a run ended; the value is the sentence."""
+
+    FINISHED = "the end time was reached"
+    MAX_STEPS = "the number of steps reached max_steps before the end time"
+    STOPPED = "the run was stopped by its rule"
+    OVER_BUDGET = "the stepping took longer than the given `seconds`"
+    DT_TOO_SMALL = "the time step became too small: the speeds grow without bound"
+    DT_TOO_LARGE = "the given `dt` is longer than the Courant number of the scheme allows: give a shorter one, or `dt_max`"
+    NON_FINITE = "a state became infinite or not a number"
+    WRONG_SPEED = "a wave speed is infinite or not a number, or 0 where the state moves: `wave_speeds` of the model is wrong"
+    NEGATIVE_DEPTH = "a mass became negative"
+    INADMISSIBLE = "a state left what the model allows"
+    INTERRUPTED = "the run was interrupted"
+    ERROR = "an exception ended the run"
+    NONHYPERBOLIC = "the characteristic speeds became complex, and nonhyperbolic='raise' was asked for"
+
+
+@attrs.frozen
+class Stats:
+    """Statistics of a run.
+
+    Parameters
+    ----------
+    steps, rejected : accepted and rejected steps.
+    cell_updates : cells x (accepted + rejected steps).
+    seconds, compile_seconds : wall time of the stepping, and of compilation.
+    max_cfl : largest Courant number of an accepted step.
+    backend : the one that ran.
+    repaired_cells : cells whose negative mass was set to zero (never in silence).
+    nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
+    nonhyperbolic_films : those of them on both sides of which the flow is shallower than 5 cm.
+    deepest_nonhyperbolic : depth of the deepest of them, m, to a micrometre; 0 for models that name no depth.
+    mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to all mass where that
+        component starts at zero.
+    entered_by_sources : {mass: what sources such as rain brought, less what they took}, integrated over the grid.
+    """
+
+    steps: int
+    rejected: int
+    cell_updates: int
+    seconds: float
+    compile_seconds: float
+    max_cfl: float
+    backend: str
+    repaired_cells: int
+    nonhyperbolic_faces: int
+    mass_drift: dict[str, float]
+    nonhyperbolic_films: int = 0
+    deepest_nonhyperbolic: float = 0.0
+    entered_by_sources: dict[str, float] = attrs.field(factory=dict)
+
+    @property
+    def ns_per_cell_step(self) -> float:
+        """Wall time per cell and step, nanoseconds."""
+        return 1e9 * self.seconds / self.cell_updates if self.cell_updates else 0.0
+
+
+class Results(Protocol):
+    """What files and pictures take of a run: a `fvkit.Solution`, or what has the same attributes."""
+
+    @property
+    def t(self) -> np.ndarray: ...
+
+    @property
+    def q(self) -> np.ndarray: ...
+
+    @property
+    def aux(self) -> dict[str, np.ndarray]: ...
+
+    @property
+    def grid(self) -> Grid: ...
+
+    @property
+    def model(self) -> Model: ...
+
+    @property
+    def status(self) -> Status: ...
+
+    @property
+    def stats(self) -> Stats: ...
+
+    @property
+    def message(self) -> str: ...
+
+    @property
+    def configuration(self) -> dict[str, Any]: ...
+
+    def observables(self, i: int = -1) -> dict[str, np.ndarray]: ...
+
+    def hyperbolicity_margin(self, i: int = -1) -> np.ndarray: ...
+
+
+class SolveError(Portable, RuntimeError):
+    """A run that failed, with the partial solution.
+
+    Parameters
+    ----------
+    status : `Status`.
+    time, cell, x : when, s, and where; the cell is -1 where no cell is to blame.
+    state : the offending state of that cell, (num_eqn,).
+    step : number of the step that failed.
+    names : of the components of the state.
+    solution : the partial `Solution`; None when a `Stepper` was driven by hand.
+    """
+
+    def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int,
+                 names: tuple[str, ...]) -> None:
+        self.status, self.time, self.cell, self.x, self.state, self.step = status, time, cell, x, state, step
+        self.solution: Any = None
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True))
+        at = f" in cell {cell} (x = {x:.6g}): {values}" if cell >= 0 else ""
+        super().__init__(f"{status.value}, at t = {time:.8g}, step {step}{at}")
+
+
+class Interrupted(SolveError, KeyboardInterrupt):
+    """A run that the user stopped (Ctrl-C): a `SolveError` with the partial solution, and a KeyboardInterrupt."""

@@ -1,0 +1,67 @@
+"""`Part`: what every pluggable piece (model, solver, limiter, boundary, source) has in common."""
+
+import re
+from collections.abc import Iterable
+from inspect import get_annotations
+from math import nan
+from typing import Any
+
+import attrs
+import numpy as np
+
+#: Types of the fields that pointwise code sees.
+_NUMBERS = (float, int, float | None, "float", "int", "float | None")
+
+
+@attrs.frozen
+class Part:
+    """A frozen attrs class whose float fields are its parameters and whose methods are pointwise.
+
+    Subclasses are abstract or final. Decorate yours with ``@attrs.frozen`` when it has parameters,
+    and annotate each with ``float``: pointwise methods see these, and nothing else, through ``self``.
+    """
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Any:
+        mine = {} if "__attrs_attrs__" in vars(cls) else get_annotations(cls)
+        lost = [name for name, kind in mine.items() if kind in _NUMBERS]
+        if lost:
+            raise TypeError(f"{cls.__name__} has parameters ({', '.join(lost)}) but no decorator: write @attrs.frozen above it")
+        return super().__new__(cls)
+
+    @classmethod
+    def parameter_names(cls) -> tuple[str, ...]:
+        """Names of the numeric fields, in order."""
+        fields: Any = attrs.fields(cls)
+        return tuple(field.name for field in fields if field.type in _NUMBERS)
+
+    def parameters(self) -> tuple[float, ...]:
+        """Values of the numeric fields, in order; NaN for one that is left open (None) or varies, see `fvkit.problem.fields`."""
+        return tuple(float(value) if isinstance(value, (float, int, np.number)) else nan
+                     for value in map(self.__getattribute__, self.parameter_names()))
+
+    @classmethod
+    def defines(cls, name: str) -> bool:
+        """Whether this class answers ``name`` itself instead of leaving the default of its abstract base."""
+        mine = getattr(cls, name, None)
+        return mine is not None and not getattr(mine, "is_default", False)
+
+
+def default(method: Any) -> Any:
+    """Mark a method of an abstract base as the default, so that `Part.defines` can tell."""
+    method.is_default = True
+    return method
+
+
+def public_name(part: Any) -> str:
+    """Return the name of a part (instance or class); a tuple of parts joins theirs with ``+``."""
+    if isinstance(part, tuple):
+        return "+".join(dict.fromkeys(public_name(item) for item in part)) if len(set(part)) == 1 else \
+            "+".join(public_name(item) for item in part)
+    kind = part if isinstance(part, type) else type(part)
+    named = vars(kind).get("name")
+    return named if isinstance(named, str) else re.sub(r"(?<=[a-z])(?=[A-Z])", "-", kind.__name__).lower()
+
+
+def by_name(kinds: Iterable[type]) -> dict[str, type]:
+    """Return {public name: class}."""
+    return {public_name(kind): kind for kind in kinds}

@@ -1,0 +1,1 @@
+"""Problem: what is solved, with no word about how: model, grid, initial state, boundaries, sources."""

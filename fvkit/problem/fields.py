@@ -1,0 +1,195 @@
+"""Numbers of sources that vary over the grid: cell averages, a function of x, or a function of x and t.
+
+Their cell averages stand as rows behind the aux values of a run. A source sees its field as one number per cell, at a face the
+mean of both sides; the model sees its own aux values alone.
+"""
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.problem.cell_averages import cell_averages
+from fvkit.problem.grid import Grid
+
+#: Which argument of the methods of a source holds the aux values.
+_AUX_OF = {"step": 2, "rate": 2, "implicit_rate": 2, "driven": 4}
+
+
+def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str = "", **bounds: float) -> Any:
+    """Declare a numeric field of a source that may vary over the grid, validated against the bounds of `fvkit.validation.real`.
+
+    It takes a number, cell averages (num_cells,), a function of x, or a function of (x, t). What a function returns is validated
+    when a `fvkit.Problem` averages it.
+    """
+    def convert(value: Any, field: Any) -> Any:
+        if _is_function(value):
+            return value
+        if validation.is_single(value):
+            return validation.real(value, field.alias, hint=hint or "or cell averages, a function of x, or of (x, t)", **bounds)
+        averages = validation.series(value, field.alias, "[0.4, 0.5]")
+        for cell in (int(np.argmin(averages)), int(np.argmax(averages))):
+            validation.real(averages[cell], f"{field.alias}[{cell}]", hint=hint, **bounds)
+        return tuple(averages.tolist())
+
+    return attrs.field(default=default, alias=alias, converter=attrs.Converter(convert, takes_field=True), repr=validation.shown)
+
+
+def _is_function(value: Any) -> bool:
+    return callable(value) and not isinstance(value, type)
+
+
+def is_number(value: Any) -> bool:
+    """Whether the value of a numeric field is one number, or left open (None)."""
+    return value is None or isinstance(value, (float, int, np.number))
+
+
+def takes_time(function: Callable[..., Any]) -> bool:
+    """Whether a function asks for t behind x: two arguments without a default."""
+    try:
+        given = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # a ufunc of NumPy, say
+        return False
+    return sum(one.default is one.empty and one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) for one in given) == 2
+
+
+@attrs.frozen(eq=False)
+class Field:
+    """A field of a source that varies over the grid.
+
+    Parameters
+    ----------
+    source, position : the source, and its place among those of the problem.
+    name : of the field.
+    components : rows that it has, None for one number per cell.
+    grid : where.
+    """
+
+    source: Any
+    position: int
+    name: str
+    components: int | None
+    grid: Grid
+    _kept: Any = attrs.field(init=False, default=None, repr=False)
+
+    @property
+    def given(self) -> Any:
+        """What the user gave."""
+        return getattr(self.source, self.name)
+
+    @property
+    def alias(self) -> str:
+        """What the user calls it."""
+        kind: Any = type(self.source)
+        return next(field.alias for field in attrs.fields(kind) if field.name == self.name)
+
+    @property
+    def steady(self) -> bool:
+        """Whether it is the same at all times."""
+        return not (callable(self.given) and takes_time(self.given))
+
+    @property
+    def layout(self) -> tuple[int, str, int | None]:
+        """What code made for it depends on."""
+        return self.position, self.name, self.components
+
+    @property
+    def size(self) -> int:
+        """The number of its rows."""
+        return self.components or 1
+
+    def at(self, t: float) -> np.ndarray:
+        """Return its cell averages at time t, (size, num_cells); ValueError, with cell and x, for one that the source refuses."""
+        if self._kept is not None:
+            return np.asarray(self._kept)
+        label, given, cells = f"{self.alias} of {type(self.source).__name__}", self.given, (self.grid.num_cells,)
+        shape = cells if self.components is None else (self.components, *cells)
+        if callable(given):
+            given = cell_averages(given if self.steady else lambda x: self.given(x, t), self.grid, self.components, label)
+        values = validation.array(given, label, shape).reshape(self.size, *cells)
+        if self.components is None:
+            self._check(values[0])
+        if self.steady:
+            object.__setattr__(self, "_kept", values)
+        return values
+
+    def _check(self, values: np.ndarray) -> None:
+        """Let the source itself judge the least and the largest value."""
+        for cell in (int(np.argmin(values)), int(np.argmax(values))):
+            try:
+                attrs.evolve(self.source, **{self.alias: float(values[cell])})
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"{error}; it is that of {type(self.source).__name__} in cell {cell} at "
+                                 f"x = {self.grid.centers[cell]:g}") from None
+
+
+def varying_over(grid: Grid, sources: Sequence[Any], components: int, t: float) -> tuple[Field, ...]:
+    """Return the fields of sources that vary over a grid, validated at time t; ``components`` are those of the state."""
+    found = tuple(Field(source, position, name, components if every else None, grid)
+                  for position, source in enumerate(sources) for name, every in source.varying())
+    for field in found:
+        field.at(t)
+    return found
+
+
+def layout(found: Sequence[Field]) -> list[tuple[int, str, int | None]]:
+    """Return what code made for fields depends on."""
+    return [field.layout for field in found]
+
+
+def averages(found: Sequence[Field], t: float) -> np.ndarray:
+    """Return the rows of all fields at time t, (rows, num_cells)."""
+    return np.concatenate([field.at(t) for field in found])
+
+
+def with_numbers(source: Any, found: Sequence[Field], t: float) -> Any:
+    """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
+    own = [field for field in found if field.source is source]
+    return _seen(source, type(source), {field.name: _values(field.at(t)[:, 0].tolist(), field.components) for field in own})
+
+
+def on_grid(sources: Sequence[Any], found: Sequence[Field], own: int) -> tuple[Any, ...]:
+    """Return sources that look for their fields behind the ``own`` aux values of the model, and else see these alone."""
+    places: dict[int, list[tuple[str, int, int | None]]] = {k: [] for k in range(len(sources))}
+    row = own
+    for field in found:
+        places[field.position].append((field.name, row, field.components))
+        row += field.size
+    kinds: list[Any] = [type(source) for source in sources]
+    return tuple(_seen(source, _looking_behind(kinds[k], tuple(places[k]), own), {}) for k, source in enumerate(sources))
+
+
+def _values(rows: Any, components: int | None) -> Any:
+    return rows[0] if components is None else tuple(rows)
+
+
+def _seen(source: Any, kind: Any, values: dict[str, Any]) -> Any:
+    """Return a source of a class with the same fields, some of them replaced; no converter is asked."""
+    result: Any = object.__new__(kind)
+    for field in type(source).__attrs_attrs__:
+        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(source, field.name))
+    return result
+
+
+@lru_cache(maxsize=256)
+def _looking_behind(kind: Any, places: tuple[tuple[str, int, int | None], ...], own: int) -> Any:
+    class OnGrid(kind):
+        """See `on_grid`."""
+
+    def answering(name: str, at: int) -> Callable[..., Any]:
+        def method(self: Any, *arguments: Any) -> Any:
+            aux = arguments[at]
+            values = {field: _values(aux[row:row + (count or 1)], count) for field, row, count in places}
+            return getattr(_seen(self, kind, values), name)(*arguments[:at], aux[:own], *arguments[at + 1:])
+
+        return method
+
+    for name, at in _AUX_OF.items():
+        if kind.defines(name):
+            setattr(OnGrid, name, answering(name, at))
+    OnGrid.__name__, OnGrid.__qualname__ = kind.__name__, kind.__qualname__
+    return OnGrid

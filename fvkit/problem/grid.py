@@ -1,0 +1,56 @@
+"""`Grid`: an interval cut into equal cells."""
+
+import attrs
+import numpy as np
+
+from fvkit.validation import whole, within
+
+
+def _cells(value: object) -> int:
+    return whole(value, "num_cells", at_least=1, hint="the number of cells")
+
+
+@attrs.frozen
+class Grid:
+    """A uniform grid of ``num_cells`` cells on [lower, upper].
+
+    Parameters
+    ----------
+    lower, upper : ends of the interval, m, lower < upper.
+    num_cells : number of cells, at least 1.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an end is not finite, the interval is empty or reversed, ``num_cells`` is not a whole number, or so large that
+        cells cannot be told apart.
+    """
+
+    lower: float = attrs.field(converter=within())  # type: ignore[misc]
+    upper: float = attrs.field(converter=within())  # type: ignore[misc]
+    num_cells: int = attrs.field(converter=_cells)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.lower < self.upper:
+            raise ValueError(f"`lower` must be < `upper`, got {self.lower:g} and {self.upper:g}: exchange them?")
+        if not np.isfinite(self.upper - self.lower):
+            raise ValueError(f"`upper` - `lower` must be finite, got {self.lower:g} and {self.upper:g}")
+        if not self.dx > np.spacing(max(abs(self.lower), abs(self.upper))):
+            raise ValueError(f"`num_cells` must leave cells that differ in x, got {self.num_cells} on [{self.lower:g}, "
+                             f"{self.upper:g}], {self.dx:.3g} m each, which is below rounding: take fewer cells")
+
+    @property
+    def dx(self) -> float:
+        """Width of a cell, m."""
+        return (self.upper - self.lower) / self.num_cells
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Cell edges, (num_cells + 1,)."""
+        return np.linspace(self.lower, self.upper, self.num_cells + 1)
+
+    @property
+    def centers(self) -> np.ndarray:
+        """Cell centres, (num_cells,)."""
+        edges = self.edges
+        return 0.5 * (edges[:-1] + edges[1:])

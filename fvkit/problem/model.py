@@ -1,0 +1,262 @@
+"""`Model`: a hyperbolic system as a set of questions that solvers, boundaries and schemes ask."""
+
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit.pointwise import combine, subtract
+from fvkit.pointwise.part import Part, default
+from fvkit.problem import answers
+
+
+@attrs.frozen
+class Model(Part, ABC):
+    """Abstract system q_t + f(q)_x + B(q) q_x = S(q, x). Contract:
+
+    1. ``conserved`` names the components of q, in order. ``aux`` names the given functions of x it needs.
+    2. ``flux(q)`` and ``wave_speeds(q)`` are required; every other question has a default. Where the law depends on x they are
+       ``flux(q, aux)`` and ``wave_speeds(q, aux)``: each side of a face has the aux values of its own cell. Core and solvers ask
+       through `fvkit.problem.answers`, which serves both.
+    3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
+       arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``; ``self`` gives float fields and pointwise methods.
+    4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
+       momentum, the mass that carries it last. Walls, positivity, treatment of dry faces, conservation statistics, drag
+       and friction are derived from it. () for a general law.
+    5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
+       fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
+    6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
+    7. A solver bounds the speeds of *all* states between both sides of a face. Those of both sides do where every speed is
+       monotone between two states, as in convex laws; else define ``speeds_between(ql, qr)``. Of a scalar law without it some
+       states between are looked at where speeds are not monotone around the initial state; a system is warned of.
+    8. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
+       such as {"u": ("m s-1", "velocity")}; names that are missing go without a unit.
+
+    Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ()
+    aux: ClassVar[tuple[str, ...]] = ()
+    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = ()
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
+    #: Whether speeds between two states are looked at: where those of a scalar law are not monotone, see `fvkit.schemes.fitting`.
+    scans: ClassVar[bool] = False
+    #: Which of the methods that may take aux values do; decided when the class is made.
+    takes_aux: ClassVar[frozenset[str]] = frozenset()
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for name in ("conserved", "aux"):
+            given = getattr(cls, name)
+            if not isinstance(given, tuple) or not all(isinstance(item, str) for item in given):
+                raise TypeError(f"`{name}` of {cls.__name__} must be a tuple of names such as ('h', 'h v'), got {given!r}"
+                                + (f": write ({given!r},)" if isinstance(given, str) else ""))
+        cls.takes_aux = frozenset(name for name, states in _MAY_TAKE_AUX.items() if _takes_aux(cls, name, states))
+        _check_phases(cls)
+
+    @abstractmethod
+    def flux(self, q):
+        """Return f(q), one component per equation; f(q, aux) of a method ``flux(self, q, aux)``."""
+
+    @abstractmethod
+    def wave_speeds(self, q):
+        """Return two bounds (smallest, largest) of the characteristic speeds at q, m/s; also ``wave_speeds(self, q, aux)``."""
+
+    @default
+    def speeds_between(self, ql, qr):
+        """Return two bounds of the characteristic speeds of all states between ql and qr, m/s; also with ``auxl, auxr``.
+
+        Needed where a speed is not monotone between two states: fluxes that are not convex, such as that of Buckley and Leverett,
+        whose speed is 0 at 0 and at 1. Also where the speeds of a model with flux(q, aux) depend on more than both sides.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `speeds_between`: those of both sides are taken")
+
+    @default
+    def jump(self, ql, qr, auxl, auxr):
+        """Return the total fluctuation of a face: by default the flux difference."""
+        return subtract(answers.flux(self, qr, auxr), answers.flux(self, ql, auxl))
+
+    @default
+    def difference(self, ql, qr, auxl, auxr):
+        """Return qr - ql; of a model that is seen from a known flow, less that of the flow."""
+        return subtract(qr, ql)
+
+    @default
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        """Return the part of qr - ql that is not equilibrium: what a viscosity may act on."""
+        return subtract(qr, ql)
+
+    @default
+    def lift(self, here, aux):
+        """Return what to add to q over ``aux`` so that rest is constant; linear in aux, frozen at the state ``here``.
+
+        High-order reconstructions see q + lift. Zero by default, and asked only where defined.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `lift`: q itself is reconstructed")
+
+    @default
+    def to_modes(self, here, w):
+        """Return the amplitudes of w in a basis that is always real, frozen at ``here``: high order limits these.
+
+        w itself by default.
+        """
+        return w
+
+    @default
+    def from_modes(self, here, amplitudes):
+        """Return w from its amplitudes, the inverse of ``to_modes``."""
+        return amplitudes
+
+    @default
+    def cell_integral(self, ql, qr, q, aux):
+        """Return the integral of f_x + B q_x - source over a cell with face states ql, qr and polynomials q and aux.
+
+        Asked only where defined: else it is the flux difference or, where ``jump`` is defined, built from jumps.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `cell_integral`: the scheme builds it from the others")
+
+    @default
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        """Return (waves, speeds) of the Roe linearisation: ``jump`` as a sum of its eigenvectors. No default."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `decompose`")
+
+    @default
+    def matrix_product(self, ql, qr, auxl, auxr, v):
+        """Return the Roe-mean matrix times v; by default the jump from mean - v/2 to mean + v/2 over the mean aux values.
+
+        ``v`` is an increment of the state (a scheme passes dt/dx times a fluctuation).
+        """
+        mean, aux = combine(0.5, ql, 0.5, qr), combine(0.5, auxl, 0.5, auxr)
+        if self.defines("jump"):
+            return self.jump(combine(1.0, mean, -0.5, v), combine(1.0, mean, 0.5, v), aux, aux)
+        after = answers.flux(self, combine(1.0, mean, 0.5, v), aux)
+        return subtract(after, answers.flux(self, combine(1.0, mean, -0.5, v), aux))
+
+    @default
+    def cross(self, ql, qr, auxl, auxr):
+        """Return the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G of nonconservative products and bottom.
+
+        G is the jump, S db the source that it contains, a the aux values on which A depends in a model without a flux: the colour
+        equation q_t + u(x) q_x = 0 has -du G. Zero by default: conservation laws have none, flux(q, aux) neither.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `cross`: the scheme skips it")
+
+    @default
+    def relaxation(self, ql, qr, auxl, auxr, jump):
+        """Return (waves, speeds) that keep every mass non-negative, for any data. No default.
+
+        Where a model defines it, any other solver falls back to it at faces next to dry ground.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `relaxation`")
+
+    @default
+    def beyond(self, q, slopes, distance):
+        """Return the state that a flow with state q has ``distance`` m beyond it, positive to the right, where the aux functions
+        go on at ``slopes``, per metre to the right: rest must stay at rest, and uniform flow uniform.
+
+        Where defined, ends that are open let their aux functions go on: see ``fvkit.problem.boundary.Continued``.
+        """
+        raise NotImplementedError(f"{type(self).__name__} defines no `beyond`: the aux functions are constant beyond the ends")
+
+    @default
+    def settle(self, q):
+        """Return the state that a cell keeps after a step: what is too thin to move loses its momentum. Asked only
+        where defined."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `settle`: cells keep what they get")
+
+    @default
+    def admissible(self, q):
+        """Return whether the state is physical. Asked only where a model defines it; masses are always checked."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `admissible`: the checks skip it")
+
+    @default
+    def hyperbolic_discriminant(self, ql, qr):
+        """Return a number per face, negative where the Roe mean has complex speeds. Asked only where defined."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `hyperbolic_discriminant`: faces are not counted")
+
+    @default
+    def may_lose_hyperbolicity(self, ql, qr):
+        """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; that is then not computed."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
+
+    def resolved(self, q0: np.ndarray) -> "Model":
+        """Return this model with the parameters that were left open (None) set to fit the initial state q0."""
+        return self
+
+    @default
+    def preferred_riemann(self) -> Any:
+        """Return the Riemann solver of a run that names none. Asked only where defined: else it is Roe, or HLL for a model
+        without `decompose`."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `preferred_riemann`")
+
+    def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
+        """Return what a person looks at, {name: (n,)}: by default the conserved quantities."""
+        return dict(zip(self.conserved, q, strict=True))
+
+    def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return what lies on the bottom, from below, {name: (n,)}, from the observables; empty: the model has no profile."""
+        return {}
+
+    def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
+        """Return a number per cell, (n,), negative where characteristic speeds are complex; inf where they never are."""
+        return np.full(q.shape[1], np.inf)
+
+    def wall_signs(self) -> tuple[float, ...]:
+        """Return the factor of each component under reflection at a wall: -1 for momenta.
+
+        Raises
+        ------
+        ValueError
+            If the model has no ``phases`` and does not override this.
+        """
+        if not self.phases:
+            raise ValueError(f"Wall needs to know what {type(self).__name__} reflects: define `phases`, "
+                             "or `wall_signs()` with one factor +1 or -1 per component")
+        momenta = {momentum for _, momentum in self.phases}
+        return tuple(-1.0 if row in momenta else 1.0 for row in range(len(self.conserved)))
+
+    @classmethod
+    def mass_rows(cls) -> tuple[int, ...]:
+        """Rows of q that are masses."""
+        return tuple(row for masses, _ in cls.phases for row in masses)
+
+
+#: How many states the methods take that may take aux values behind them.
+_MAY_TAKE_AUX = {"flux": 1, "wave_speeds": 1, "speeds_between": 2}
+
+
+def _takes_aux(kind: type[Model], name: str, states: int) -> bool:
+    """Whether a method takes the aux values of each state, or raise where it takes neither them nor states alone."""
+    try:
+        given = list(inspect.signature(getattr(kind, name)).parameters.values())[1:]
+    except (TypeError, ValueError):  # no function at all: the contract check says so
+        return False
+    if any(one.kind is not one.POSITIONAL_OR_KEYWORD for one in given):
+        return False
+    needed = sum(one.default is one.empty for one in given)
+    if needed not in (states, 2 * states):
+        alone, with_aux = ("ql, qr", "ql, qr, auxl, auxr") if states == 2 else ("q", "q, aux")
+        raise TypeError(f"`{name}` of {kind.__name__} must be {name}(self, {alone}), or {name}(self, {with_aux}) where it "
+                        f"depends on x, got {name}({', '.join(['self', *(one.name for one in given)])})")
+    return needed == 2 * states
+
+
+def _check_phases(kind: type[Model]) -> None:
+    """Refuse phases that are not pairs of rows of masses and a row of a momentum."""
+    rows = range(len(kind.conserved))
+    try:
+        good = all(masses and {*masses, momentum} <= {*rows} for masses, momentum in kind.phases)
+    except (TypeError, ValueError):
+        good = False
+    if not good:
+        raise TypeError(f"`phases` of {kind.__name__} must be a tuple of pairs (rows of masses, row of their momentum) such as "
+                        f"(((0,), 1),), with rows below {len(rows)}, got {kind.phases!r}")
+
+
+def aux_rows(model: Model, aux: Mapping[str, Any]) -> tuple[np.ndarray, ...]:
+    """Arrange named aux arrays in the order of ``model.aux``."""
+    return tuple(aux[name] for name in model.aux)

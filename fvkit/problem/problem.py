@@ -1,0 +1,256 @@
+"""`Problem`: what is solved, with no word about how."""
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.pointwise import contract
+from fvkit.problem import answers
+from fvkit.problem.boundary import BoundaryCondition, Outflow
+from fvkit.problem.cell_averages import cell_averages
+from fvkit.problem.fields import Field, layout, varying_over, with_numbers
+from fvkit.problem.grid import Grid
+from fvkit.problem.model import Model, aux_rows
+from fvkit.problem.sources import Source
+
+#: Floats per cell and component that a problem takes at least: nodes of a quadrature, values there, and averages.
+FLOATS = 12
+
+
+def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
+    """Return the conditions (left, right) of one or two, checked."""
+    sides = boundary if isinstance(boundary, (tuple, list)) else (boundary, boundary)
+    if len(sides) != 2:
+        raise ValueError(f"`boundary` must be one condition or a pair (left, right), got {len(sides)}")
+    left, right = (validation.instance(side, "boundary", BoundaryCondition, "such as fv.Outflow()") for side in sides)
+    if (left.reads == "opposite") != (right.reads == "opposite"):
+        raise ValueError(f"`boundary`: a periodic boundary needs both sides, got {type(left).__name__} and "
+                         f"{type(right).__name__}")
+    if left.reads == "opposite" and left != right:
+        raise ValueError(f"`boundary`: a periodic boundary is the same on both sides, got {left} and {right}")
+    return left, right
+
+
+def source_list(sources: Any) -> tuple[Source, ...]:
+    """Return the sources of one or several, checked."""
+    given = tuple(sources) if isinstance(sources, (tuple, list)) else (sources,)
+    return tuple(validation.instance(source, "sources", Source, "such as gr.ConstantDrag(D=1.0)") for source in given)
+
+
+def _varying(problem: "Problem") -> str:
+    return ", ".join(f"{field.alias} of source {field.position}" for field in problem.fields) or "nothing"
+
+
+def _names(kinds: tuple[type, ...]) -> str:
+    return ", ".join(kind.__name__ for kind in kinds)
+
+
+@attrs.frozen(eq=False)
+class Problem:
+    """A model on a grid with initial state, bottom, boundaries, sources and times.
+
+    Building a problem checks it: the pointwise contract of model, boundaries and sources, shapes, finite values and
+    non-negative masses.
+
+    Parameters
+    ----------
+    model : the equations.
+    grid : the cells.
+    initial : function x (m,) -> (num_eqn, m) of conserved values, averaged over cells by quadrature; or an array
+        (num_eqn, num_cells) of cell averages.
+    t_end : end time, s, after ``t_start``.
+    aux : {name: function of x, (num_cells,) cell averages, or number}; names that the model knows, 0 where missing.
+    boundary : one condition, or (left, right).
+    sources : a `Source` or a sequence of them.
+    t_start : start time, s.
+    background : a steady flow that schemes keep to rounding, so that small waves on it are resolved: function of x as
+        ``initial``, or (num_eqn, num_cells) cell averages; None for none. Rest needs none.
+
+    Attributes
+    ----------
+    q0 : numpy.ndarray
+        (num_eqn, num_cells) initial cell averages.
+    aux_averages : dict
+        {name: (num_cells,)} cell averages of the aux functions.
+    background_averages : numpy.ndarray or None
+        (num_eqn, num_cells) cell averages of the background.
+    ends : tuple
+        (left, right), the boundary conditions as they are at the ends of this grid.
+    fields : tuple
+        The `fvkit.problem.fields.Field` of the sources that vary over the grid.
+
+    Raises
+    ------
+    ValueError, TypeError
+        With the argument, what was given and what is allowed.
+    fvkit.pointwise.contract.PointwiseError
+        If a method breaks the pointwise contract.
+    """
+
+    model: Model = attrs.field()
+    grid: Grid = attrs.field()
+    initial: Callable[[np.ndarray], Any] | Any = attrs.field(repr=False)
+    t_end: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    aux: Mapping[str, Any] = attrs.field(factory=dict, repr=False)
+    boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
+    sources: Any = attrs.field(default=(), converter=source_list)
+    t_start: float = validation.number(0.0)
+    background: Callable[[np.ndarray], Any] | Any = attrs.field(default=None, repr=False)
+    q0: np.ndarray = attrs.field(init=False, repr=False)
+    aux_averages: dict[str, np.ndarray] = attrs.field(init=False, repr=False)
+    background_averages: np.ndarray | None = attrs.field(init=False, repr=False)
+    ends: tuple[BoundaryCondition, BoundaryCondition] = attrs.field(init=False, repr=False)
+    fields: tuple[Field, ...] = attrs.field(init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        self._prepare()
+        self._check_contract()
+
+    def again(self, **changes: Any) -> "Problem":
+        """Return the problem with other numbers: what `fvkit.Stepper.again` runs without tracing or compiling anything.
+
+        All checks of values are made; those of the pointwise contract are not, since no part is of another kind.
+
+        Parameters
+        ----------
+        changes : any of ``model``, ``initial``, ``aux``, ``boundary`` and ``sources``, as for `Problem`, of the same kinds.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As for `Problem`, and where a part is of another kind.
+        """
+        result = copy(self)
+        for name, value in changes.items():
+            validation.choice(name, "changes", ("model", "initial", "aux", "boundary", "sources"))
+            converter: Any = getattr(attrs.fields(Problem), name).converter
+            object.__setattr__(result, name, value if converter is None else converter(value))
+        if result.kinds() != self.kinds():
+            raise ValueError(f"`changes` may change numbers, not kinds of parts: these are {_names(self.kinds())}, got "
+                             f"{_names(result.kinds())}; build a new Problem")
+        result._prepare()
+        if layout(result.fields) != layout(self.fields):
+            raise ValueError(f"`changes` may change what varies over the grid, not what does: here it is {_varying(self)}, got "
+                             f"{_varying(result)}; build a new Problem")
+        return result
+
+    def kinds(self) -> tuple[type, ...]:
+        """The classes of model, boundaries and sources, in this order."""
+        return tuple(type(part) for part in (self.model, *self.boundary, *self.sources))
+
+    def _prepare(self) -> None:
+        """Check and average what was given."""
+        validation.instance(self.model, "model", Model)
+        validation.instance(self.grid, "grid", Grid)
+        if not self.t_end > self.t_start:
+            raise ValueError(f"`t_end` must be > `t_start`, got {self.t_end!r} and {self.t_start!r}")
+        if not self.model.conserved:
+            raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
+        validation.check(self.grid.num_cells, FLOATS * (len(self.model.conserved) + len(self.model.aux)), "num_cells")
+        object.__setattr__(self, "aux_averages", self._average_aux())
+        object.__setattr__(self, "q0", self._average(self.initial, "initial"))
+        object.__setattr__(self, "background_averages",
+                           None if self.background is None else self._average(self.background, "background"))
+        object.__setattr__(self, "model", validation.instance(self.model.resolved(self.q0), "model.resolved()", Model))
+        object.__setattr__(self, "ends", tuple(
+            validation.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
+            for side, left in zip(self.boundary, (True, False), strict=True)))
+        object.__setattr__(self, "fields", varying_over(self.grid, self.sources, len(self.model.conserved), self.t_start))
+
+    def _average_aux(self) -> dict[str, np.ndarray]:
+        validation.mapping(self.aux, "aux", "{'b': function}")
+        for name in self.aux:
+            if not self.model.aux:
+                raise ValueError(f"`aux` must be empty, got {validation.shown(name)}: {type(self.model).__name__} has no `aux`")
+            validation.choice(name, "aux", self.model.aux)
+        n = self.grid.num_cells
+        result = {}
+        for name in self.model.aux:
+            value = self.aux.get(name, 0.0)
+            if callable(value):
+                value = cell_averages(value, self.grid, None, f"aux[{name!r}]")
+            label = f"aux[{name!r}]"
+            if validation.is_single(value):
+                value = np.full(n, validation.real(value, label, hint="a number, cell averages or a function of x"))
+            result[name] = validation.array(value, label, (n,))
+        return result
+
+    def _average(self, state: Any, name: str) -> np.ndarray:
+        rows, n = len(self.model.conserved), self.grid.num_cells
+        given = cell_averages(state, self.grid, rows, name) if callable(state) else state
+        q = validation.array(given, name, (rows, n))
+        for row in self.model.mass_rows():
+            if (q[row] < 0.0).any():
+                cell = int(np.argmin(q[row]))
+                raise ValueError(f"`{name}` must have {self.model.conserved[row]} >= 0, got {q[row, cell]:g} in cell "
+                                 f"{cell} at x = {self.grid.centers[cell]:g}")
+        return q
+
+    def sample(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
+        """A few cells of the initial state, spread over the grid, to rehearse pointwise methods on: q, aux, count."""
+        count = len(self.model.conserved) + 3
+        cells = np.linspace(0, self.grid.num_cells - 1, count).astype(int)
+        q, aux = self.q0[:, cells], [row[cells] for row in aux_rows(self.model, self.aux_averages)]
+        for row in (q, *aux):
+            row.flags.writeable = False
+        return tuple(q), tuple(aux), count
+
+    def _check_contract(self) -> None:
+        model, kind, rows = self.model, type(self.model), len(self.model.conserved)
+        q, aux, count = self.sample()
+        face = (q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux))
+        optional = {"settle": (q,), "jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face,
+                    "beyond": (q, (1.0,) * len(model.aux), 1.0)}
+        single = {"admissible": (q,), "hyperbolic_discriminant": face[:2], "may_lose_hyperbolicity": face[:2]}
+        asked = [name for name in (*optional, *single) if model.defines(name)]
+        contract.read(kind, ("flux", "wave_speeds", *asked))
+        for name, components in (("flux", rows), ("wave_speeds", 2)):
+            contract.rehearse(model, name, (q, aux) if name in model.takes_aux else (q,), components, count)
+        if model.defines("speeds_between"):
+            contract.read(kind, ("speeds_between",))
+            contract.rehearse(model, "speeds_between", face if "speeds_between" in model.takes_aux else face[:2], 2, count)
+        if "flux" in model.takes_aux:
+            _check_mass_flux(model, q, aux)
+        for name, arguments in optional.items():
+            if name in asked:
+                contract.rehearse(model, name, arguments, rows, count)
+        for name, arguments in single.items():
+            if name in asked:
+                contract.rehearse_value(model, name, arguments, count)
+        for name in ("decompose", "relaxation"):
+            if model.defines(name):
+                contract.read(kind, (name,))
+                contract.rehearse_waves(model, name, (*face, q), rows, count)
+        for side in self.ends:
+            values = side.values(model, self.t_start)
+            contract.read(type(side), ("ghost",), kind)
+            contract.rehearse(side, "ghost", (model, q, values), rows, count)
+            if side.defines("mass_fluxes") and side.mass_fluxes(model, values):
+                contract.rehearse(side, "mass_fluxes", (model, values), len(model.mass_rows()), count)
+        for given in self.sources:
+            given.check(model)
+            contract.read(type(given), ("step", "rate"), kind)
+            source = with_numbers(given, self.fields, self.t_start)
+            contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
+            if source.defines("driven"):
+                contract.read(type(source), ("driven",), kind)
+                bearing = tuple(q[masses[-1]] for masses, _ in model.phases)
+                contract.rehearse(source, "driven", (model, q, q, bearing, aux, 0.0), rows, count)
+            contract.rehearse(source, "rate", (model, q, aux), rows, count)
+            with np.errstate(all="ignore"):
+                contract.agree(source, "step", source.step(model, q, aux, 0.0), q, "must return the state for dt = 0")
+
+
+def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:
+    """Refuse a flux of a mass that depends on aux values: faces ask it of the state alone."""
+    with np.errstate(all="ignore"):
+        moving = tuple([row + 0.5 for row in q])
+        here, elsewhere = (answers.flux(model, moving, tuple([factor * row + factor for row in aux])) for factor in (1.0, 3.0))
+        for row in model.mass_rows():
+            if not np.array_equal(here[row], elsewhere[row], equal_nan=True):
+                raise ValueError(f"`flux` of {type(model).__name__}: the flux of the mass {model.conserved[row]} must depend on "
+                                 "q alone, got one that changes with aux: conserve another, or leave `phases` out")

@@ -1,0 +1,88 @@
+"""Linear advection."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit.problem.model import Model
+from fvkit.validation import number, within
+
+
+@attrs.frozen
+class Advection(Model):
+    """Linear advection u_t + speed u_x = 0.
+
+    Parameters
+    ----------
+    speed : velocity, m/s, any sign.
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ("u",)
+
+    speed: float = attrs.field(converter=within())  # type: ignore[misc]
+
+    def flux(self, q):
+        (u,) = q
+        return (self.speed * u,)
+
+    def wave_speeds(self, q):
+        return self.speed, self.speed
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        return (jump,), (self.speed,)
+
+
+@attrs.frozen
+class Burgers(Model):
+    """Inviscid Burgers equation u_t + (u^2/2)_x = 0."""
+
+    conserved: ClassVar[tuple[str, ...]] = ("u",)
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"u": ("m s-1", "velocity")}
+
+    def flux(self, q):
+        (u,) = q
+        return (0.5 * u * u,)
+
+    def wave_speeds(self, q):
+        (u,) = q
+        return u, u
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        return (jump,), (0.5 * (ql[0] + qr[0]),)
+
+
+@attrs.frozen
+class Acoustics(Model):
+    """Linear acoustics p_t + K u_x = 0, u_t + p_x/rho = 0; waves travel at -/+ sqrt(K/rho).
+
+    Parameters
+    ----------
+    rho : density, kg/m^3, positive.
+    bulk : bulk modulus K, Pa, positive.
+    """
+
+    conserved: ClassVar[tuple[str, ...]] = ("p", "u")
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"p": ("Pa", "pressure"), "u": ("m s-1", "velocity")}
+
+    rho: float = number(1.0, above=0.0)
+    bulk: float = number(1.0, above=0.0)
+
+    def flux(self, q):
+        p, u = q
+        return self.bulk * u, p / self.rho
+
+    def wave_speeds(self, q):
+        c = np.sqrt(self.bulk / self.rho)
+        return -c, c
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        impedance, c = np.sqrt(self.bulk * self.rho), np.sqrt(self.bulk / self.rho)
+        first, second = jump
+        left = 0.5 * (second - first / impedance)
+        right = second - left
+        return ((-impedance * left, left), (impedance * right, right)), (-c, c)
+
+    def wall_signs(self):
+        return 1.0, -1.0

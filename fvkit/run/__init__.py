@@ -1,0 +1,1 @@
+"""Runs: the time loop, its observers, stops, checkpoints and failures."""

@@ -1,0 +1,152 @@
+"""Checkpoints: everything that a run needs to go on, in a file that a kill at any moment leaves whole."""
+
+import json
+import time as clock
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.output.configuration import describe, effective, fields_of
+from fvkit.output.npz import CHECKPOINT, Archive, write_archive
+from fvkit.output.status import Status
+from fvkit.run.observers import Observer
+from fvkit.run.recording import Frames
+from fvkit.run.step_length import intervals
+from fvkit.run.stepper import Stepper
+from fvkit.run.stopping import Stop
+
+
+def _path(value: Any) -> Path:
+    path = validation.file(value, "path")
+    if path.suffix != ".npz":
+        raise ValueError(f"`path` of a checkpoint must end in .npz, got {path.name!r}")
+    return path
+
+
+def _seconds(value: Any) -> float | None:
+    return None if value is None else validation.real(value, "seconds", at_least=0.0)
+
+
+@attrs.frozen
+class Checkpoint:
+    """When and where a run leaves what it needs to go on, see `fvkit.resume`.
+
+    It is written between two steps, at the first pause after it is due (a pause about every 0.1 s), and at the end of the run,
+    also one that fails or is stopped. It replaces the one before in one move: a kill while writing leaves that one. It does
+    not change the steps of the run by a bit.
+
+    Parameters
+    ----------
+    path : file, ends in .npz; its folder must exist.
+    seconds : wall time between two, s, >= 0; None for none.
+    interval : simulated time between two, s; None for none.
+    """
+
+    path: Path = attrs.field(converter=_path)
+    seconds: float | None = attrs.field(default=60.0, converter=_seconds)
+    interval: float | None = validation.optional_number(above=0.0)
+
+    def __attrs_post_init__(self) -> None:
+        if self.path.is_dir():
+            raise ValueError(f"`path` of a checkpoint must be a file, got the folder {str(self.path)!r}")
+        if not self.path.resolve().parent.is_dir():
+            raise ValueError(f"`path` of a checkpoint must be in a folder that exists, got {str(self.path)!r}")
+
+
+class Saver:
+    """Writes the checkpoints of one run."""
+
+    def __init__(self, checkpoint: Checkpoint, stepper: Stepper, frames: Frames, targets: list[float], stop: Stop | None,
+                 observers: Iterable[Any]) -> None:
+        self.checkpoint, self._stop = checkpoint, stop
+        self._observers = [observer for observer in observers if isinstance(observer, Observer)]
+        self._stepper, self._frames, self._targets = stepper, frames, targets
+        self._wall, self._t = clock.perf_counter(), stepper.t
+        self._last: tuple[float, int] | None = None
+
+    def begin(self) -> None:
+        """Replace the file of another run at once: a kill before the first checkpoint must not leave that to be resumed."""
+        if self.checkpoint.path.exists():
+            self.write()
+
+    def hint(self) -> str:
+        """Where the run can go on."""
+        path = str(self.checkpoint.path)
+        if self._last is None:
+            return f"no checkpoint was written: {path} is as it was" if self.checkpoint.path.exists() else \
+                f"no checkpoint was written to {path}"
+        t, steps = self._last
+        if steps == self._stepper.steps:
+            return f"fv.resume({path!r}) goes on from here"
+        return f"the last checkpoint is of t = {t:.8g}, step {steps}: fv.resume({path!r}) goes on from there"
+
+    def tick(self) -> None:
+        """Write a checkpoint if one is due."""
+        seconds, interval = self.checkpoint.seconds, self.checkpoint.interval
+        if ((seconds is not None and clock.perf_counter() - self._wall >= seconds)
+                or (interval is not None and intervals(self._t, self._stepper.t, interval) >= 1)):
+            self.write()
+
+    def write(self) -> None:
+        """Write a checkpoint."""
+        stepper, frames = self._stepper, self._frames
+        problem = stepper.problem
+        watched = [(observer, notes) for observer in self._observers if (notes := observer.notes(stepper)) is not None]
+        plan = {"seconds": self.checkpoint.seconds, "interval": self.checkpoint.interval, "nonhyperbolic": stepper.nonhyperbolic,
+                "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._stop),
+                "observers": [{**fields_of(observer), "notes": list(notes)} for observer, notes in watched]}
+        kept = effective(problem, stepper.scheme, stepper.stats(), Status.INTERRUPTED, "to be continued with fv.resume")
+        write_archive(self.checkpoint.path, {
+            "format": CHECKPOINT, "t": frames.t, "q": frames.q, "times": self._targets, **stepper.snapshot(),
+            **{f"aux_{name}": values for name, values in problem.aux_averages.items()},
+            **({} if problem.background is None else {"background": problem.background_averages}),
+            **{_entry(k, name): np.array(values, dtype=float) for k, (_, notes) in enumerate(watched)
+               for name, values in notes.items()},
+            "plan": json.dumps(plan), "configuration": json.dumps(kept, allow_nan=False)})
+        self._wall, self._t = clock.perf_counter(), stepper.t
+        self._last = stepper.t, stepper.steps
+
+
+def _entry(number: int, name: str) -> str:
+    """Name of the notes of an observer in a file."""
+    return f"observer_{number}_{name}"
+
+
+def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
+    """Give observers their notes of a run up to its checkpoint; warn where the file has none, and where no observer takes them.
+
+    Parameters
+    ----------
+    observers : of the run that goes on; they are found in the file by their class and fields.
+    stepper : where the checkpoint is.
+    archive, kept : the file, and what its plan says of observers.
+    """
+    if not (isinstance(kept, list) and all(isinstance(one, dict) and isinstance(one.get("notes"), list) for one in kept)):
+        raise archive.refused("its plan does not say which observers it has the notes of")
+    waiting = [({key: value for key, value in one.items() if key != "notes"}, k, one["notes"]) for k, one in enumerate(kept)]
+    said = False
+    for observer in observers:
+        if not isinstance(observer, Observer):
+            continue
+        wanted = json.loads(json.dumps(fields_of(observer)))
+        found = next((one for one in waiting if one[0] == wanted), None)
+        if found is not None:
+            waiting.remove(found)
+            _, k, names = found
+            try:
+                observer.go_on(stepper, {name: archive.numbers(_entry(k, name), None) for name in names})
+            except (KeyError, TypeError, ValueError) as error:
+                raise archive.refused(f"the notes of its {type(observer).__name__} cannot be used: {error}") from None
+        elif stepper.steps:
+            said, known = True, ", ".join(str(one["class"]) for one, _, _ in waiting) or "none"
+            warnings.warn(f"{validation.shown(observer)} sees the run from t = {stepper.t:.6g} on alone: {archive.path} has no "
+                          f"notes of an observer of its class with its fields (of others: {known})", RuntimeWarning, stacklevel=3)
+    if waiting and not said:
+        lost = ", ".join(str(one["class"]) for one, _, _ in waiting)
+        warnings.warn(f"{archive.path} keeps notes of {lost}, and no observer goes on with them: give such observers, "
+                      "with the same fields, as `observers`, or what the run has seen is lost", RuntimeWarning, stacklevel=3)

@@ -1,0 +1,83 @@
+"""Progress of runs and sweeps on stderr: tqdm's bar where it is installed, one plain line where not."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import Any
+
+from fvkit.validation import shown
+
+Report = Callable[[float, int], None]
+Progress = bool | Callable[[float], None]
+
+
+def checked(progress: Any) -> Progress:
+    """Return the argument ``progress`` of runs and sweeps, or raise."""
+    if not (isinstance(progress, bool) or callable(progress)):
+        raise TypeError(f"`progress` must be True, False or a function of the share done, got {shown(progress)}")
+    return progress
+
+
+@contextmanager
+def reporter(progress: Progress, start: float, end: float) -> Iterator[Report]:
+    """Yield a function of (t, steps) that shows how far a run has come, at most about ten times a second."""
+    if progress is False:
+        yield lambda t, steps: None
+        return
+    with _shown(progress, end - start, "t", "{n:.4g}/{total:.4g} s") as show:
+        last, before = perf_counter(), (start, 0)
+
+        def report(t: float, steps: int) -> None:
+            nonlocal last, before
+            now = perf_counter()
+            if now - last > 0.1 or t >= end:
+                last, taken = now, steps - before[1]
+                dt = f", dt {(t - before[0]) / taken:.3g} s" if taken else ""
+                before = (t, steps)
+                show(t - start, f"{steps} steps{dt}")
+
+        yield report
+
+
+@contextmanager
+def counter(progress: Progress, total: int, unit: str) -> Iterator[Callable[[int], None]]:
+    """Yield a function of the number done that shows how far a sweep has come."""
+    if progress is False:
+        yield lambda done: None
+        return
+    with _shown(progress, total, unit, "{n_fmt}/{total_fmt}") as show:
+        yield lambda done: show(done, "")
+
+
+@contextmanager
+def _shown(progress: Progress, total: float, label: str, amount: str) -> Iterator[Callable[[float, str], None]]:
+    """Yield a function of (amount done, a few words)."""
+    if callable(progress):
+        yield lambda done, words: progress(done / total if total > 0.0 else 1.0)
+        return
+    bar = _bar(total, label, amount)
+    if bar is None:
+        yield lambda done, words: _line(done / total if total > 0.0 else 1.0, words)
+        print(file=sys.stderr)
+        return
+    with bar:
+        def show(done: float, words: str) -> None:
+            bar.set_postfix_str(words, refresh=False)
+            bar.update(done - bar.n)
+
+        yield show
+
+
+def _bar(total: float, label: str, amount: str) -> Any:
+    """Tqdm's bar, in a notebook that of a notebook; None without tqdm."""
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return None
+    shape = "{desc} {percentage:3.0f}% |{bar}| " + amount + " [{elapsed}<{remaining}{postfix}]"
+    return tqdm(total=total, desc=label, bar_format=shape, file=sys.stderr)
+
+
+def _line(share: float, words: str) -> None:
+    print(f"\r{'#' * int(40 * share):.<40} {100 * share:5.1f} % {words}", end="", file=sys.stderr, flush=True)

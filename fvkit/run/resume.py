@@ -1,0 +1,143 @@
+"""`resume`: a run goes on from its checkpoint."""
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.backends import BACKENDS
+from fvkit.files import Unreadable
+from fvkit.output.configuration import model_and_grid, parsed, part
+from fvkit.output.npz import CHECKPOINT, Archive, expect_format
+from fvkit.output.solution import Solution
+from fvkit.problem.problem import Problem
+from fvkit.run.checkpoint import Checkpoint, go_on_watching
+from fvkit.run.recording import Memory
+from fvkit.run.solve import Orders, run_to_end
+from fvkit.run.step_length import StepLength
+from fvkit.run.stepper import Stepper
+from fvkit.run.stopping import Stop
+from fvkit.schemes.scheme import Scheme
+
+
+def resume(path: str | Path, t_end: float | None = None, problem: Problem | None = None, scheme: Scheme | None = None, *,
+           backend: str | None = None, progress: bool | Callable[[float], None] = False, throw: bool = True,
+           max_steps: int = 10_000_000, observers: Iterable[Callable[[Stepper], None]] = (),
+           checkpoint: Checkpoint | bool | None = True) -> Solution:
+    """Continue a run from its checkpoint: the same steps, bit for bit, as if it had never stopped.
+
+    Parameters
+    ----------
+    path : the file of the `Checkpoint`.
+    t_end : None for the output times of the run. A later one goes on to there, as one more output: the steps before the
+        old end are the same, those after it are those of a run whose ``times`` hold both ends (not of one that never
+        stopped at the old end: steps are made even before an output). An earlier one leaves out what lies behind it.
+    problem, scheme : None takes them from the file. They are needed where the file cannot hold a part, such as an
+        inflow that is a function of time; the problem must then start from the same state.
+    backend : None for that of the run; only then is the continuation the same bit for bit.
+    progress, throw, max_steps : as for `solve`; steps count from the start of the run.
+    observers : as for `solve`. One of the class and with the fields of an observer of the run goes on with its notes, which the
+        checkpoint keeps; for another `Observer` a warning says that it sees the run from here on.
+    checkpoint : True goes on as the run did, into the same file; None or False writes none.
+
+    Returns
+    -------
+    Solution
+        From the start of the run, its earlier outputs and statistics included.
+
+    Raises
+    ------
+    ValueError
+        Naming the file and what is wrong with it; the part that no file can hold; or what differs in ``problem``.
+    SolveError
+        As `solve`.
+    """
+    if backend is not None:
+        validation.choice(backend, "backend", BACKENDS)
+    archive = Archive(path)
+    expect_format(archive, CHECKPOINT)
+    kept, plan = parsed(archive.text("configuration"), archive.path), parsed(archive.text("plan"), archive.path)
+    q = archive.numbers("q", (None, None, None))
+    if not len(q):
+        raise archive.refused("it holds no state")
+    own = scheme is None and problem is None
+    scheme = _part(archive, kept, "scheme", Scheme, "scheme") if scheme is None else scheme
+    problem = _problem(archive, kept, q[0], scheme) if problem is None else _same(problem, archive, q[0])
+    t, times = archive.numbers("t", (len(q),)), archive.numbers("times", (None,)).tolist()
+    snapshot = _snapshot(archive, problem)
+    if t_end is not None:
+        last = validation.real(t_end, "t_end", at_least=float(snapshot["real"][0]), hint="where the checkpoint is")
+        times = [time for time in times if time < last] + [last]
+        problem = attrs.evolve(problem, t_end=max(last, problem.t_end))
+    frames = Memory(max(len(times) + 1, len(t)) + 1, problem.q0)
+    for time, state in zip(t, q, strict=True):
+        frames.add(float(time), state)
+    try:
+        settings = plan["nonhyperbolic"], plan["threads"]
+        again = Checkpoint(archive.path, plan["seconds"], plan["interval"])
+        used = backend or validation.choice(kept.get("backend"), "backend", BACKENDS)
+    except KeyError as error:
+        raise archive.refused(f"its plan has no {error}") from None
+    except (TypeError, ValueError) as error:
+        raise archive.refused(f"its plan cannot be followed: {error}") from None
+    length = part(plan, "length", StepLength, archive.path)
+    stop = None if plan.get("stop") is None else part(plan, "stop", Stop, archive.path)
+    try:
+        stepper = Stepper(problem, scheme, used, *settings, length)
+    except (TypeError, ValueError) as error:
+        if not own:
+            raise
+        raise archive.refused(f"its run cannot be made again: {error}") from None
+    stepper.restore(snapshot)
+    chosen, orders = again if checkpoint is True else checkpoint or None, Orders(observers, max_steps, stop=stop)
+    go_on_watching(orders.observers, stepper, archive, plan.get("observers", []))
+    return run_to_end(stepper, times, frames, orders, chosen, progress, throw)
+
+
+def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
+    """Return what `Stepper.restore` needs."""
+    result = {"now": archive.numbers("now", problem.q0.shape), "real": archive.numbers("real", (4,)),
+              "count": archive.numbers("count", (7,), "i"), "clock": archive.numbers("clock", ()),
+              "masses": archive.numbers("masses", (3, max(1, len(problem.model.mass_rows()))))}
+    if not (np.isfinite(result["now"]).all() and np.isfinite(result["real"][0]) and result["real"][1] > 0.0):
+        raise archive.refused("its state, time or step is no number")
+    return result
+
+
+def _part(archive: Archive, kept: Mapping[str, Any], name: str, kind: type, argument: str) -> Any:
+    """Make a part again, or say which argument gives it."""
+    try:
+        return part(kept, name, kind, archive.path)
+    except Unreadable as error:
+        raise Unreadable(archive.path, f"{str(error).split(': ', 1)[-1]}; or give `{argument}` to fvkit.resume") from None
+
+
+def _problem(archive: Archive, kept: Mapping[str, Any], q0: np.ndarray, scheme: Scheme) -> Problem:
+    """Make the problem of a run again."""
+    if isinstance(kept.get("background"), Mapping) and type(scheme).background is not Scheme.background:
+        raise archive.refused("background is a function whose values at faces the scheme uses, which no file can hold; give "
+                              "`problem` to fvkit.resume")
+    model, grid = model_and_grid(kept, archive.path)
+    boundary, sources = (_part(archive, kept, name, tuple, "problem") for name in ("boundary", "sources"))
+    background = archive.numbers("background", q0.shape) if kept.get("background") else None
+    aux = {name: archive.numbers(f"aux_{name}", (grid.num_cells,)) for name in model.aux}
+    try:
+        return Problem(model, grid, q0, kept["t_end"], aux, boundary, sources, kept["t_start"], background)
+    except KeyError as error:
+        raise archive.refused(f"its configuration has no {error}") from None
+    except (TypeError, ValueError) as error:
+        raise archive.refused(f"its problem cannot be made again: {error}") from None
+
+
+def _same(problem: Problem, archive: Archive, q0: np.ndarray) -> Problem:
+    """Return the given problem, or say in what it differs from that of the run."""
+    validation.instance(problem, "problem", Problem)
+    if not np.array_equal(problem.q0, q0):
+        raise ValueError(f"`problem` has another grid or initial state than the run of {archive.path}")
+    for name, values in problem.aux_averages.items():
+        if not np.array_equal(values, archive.numbers(f"aux_{name}", values.shape)):
+            raise ValueError(f"`problem` has another {name!r} than the run of {archive.path}")
+    return problem

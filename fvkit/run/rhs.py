@@ -1,0 +1,47 @@
+"""`rhs`: the right-hand side of the semi-discrete equations, for integrators of other libraries."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fvkit import validation
+from fvkit.backends import array_kernel
+from fvkit.problem.problem import Problem
+from fvkit.schemes.fitting import assemble
+from fvkit.schemes.scheme import Scheme
+
+
+def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.ndarray], np.ndarray]:
+    """Return f(t, q) = dq/dt of the semi-discrete scheme, for scipy and others.
+
+    For wave propagation this is the limit dt -> 0 of the scheme, limited corrections included, with the rates of
+    all sources added.
+
+    Parameters
+    ----------
+    problem, scheme : as for `solve`.
+
+    Returns
+    -------
+    callable
+        (t, q) -> dq/dt, q of shape (num_eqn, num_cells) or flat; the result has the shape of q.
+    """
+    chosen, parts = assemble(problem, scheme)
+    kernel, model, shape = array_kernel(problem, chosen, parts), problem.model, problem.q0.shape
+
+    def rate(t: float, q: np.ndarray) -> np.ndarray:
+        state = validation.floats(q, "q")
+        if state.size != problem.q0.size:
+            raise ValueError(f"`q` must have shape {shape}, or as many numbers in a row, got {state.shape}")
+        state = state.reshape(shape)
+        with np.errstate(all="ignore"):
+            if not kernel.steady_fields:
+                kernel.set_fields(t)
+            result = kernel.rate(kernel.padded(state), t)
+            aux = tuple(kernel.aux[:len(parts.model.aux)])
+            for source in parts.sources:
+                for row, component in zip(result, source.rate(model, tuple(state), aux), strict=True):
+                    row += component
+        return result.reshape(np.shape(q))
+
+    return rate

@@ -1,0 +1,327 @@
+"""`Stepper`: one problem under one scheme, a step at a time."""
+
+import time as clock
+import warnings
+from collections.abc import Mapping
+from copy import copy
+from typing import NoReturn
+
+import numpy as np
+
+from fvkit import validation
+from fvkit.backends import BACKENDS, Kernel, March, Outcome, backend_for, make_kernel
+from fvkit.backends.march import FILM, MICRO
+from fvkit.output.status import Interrupted, SolveError, Stats, Status
+from fvkit.pointwise import CHUNK
+from fvkit.problem import answers
+from fvkit.problem.fields import layout
+from fvkit.problem.model import aux_rows
+from fvkit.problem.problem import Problem
+from fvkit.run.step_length import StepLength
+from fvkit.schemes.fitting import assemble, parts_of
+from fvkit.schemes.scheme import Scheme
+
+#: More steps than any run takes.
+UNLIMITED = 2**62
+
+#: Share of the largest speed by which the smallest may lie above it, for rounding's sake.
+SWAPPED = 1e-9
+
+#: Share of the largest value of a component below which what changes at no speed is rounding.
+NOTHING = 1e-9
+
+
+class Stepper:
+    """One problem under one scheme, one step at a time: what `solve` runs.
+
+    Parameters
+    ----------
+    problem : the problem.
+    scheme : the scheme; None for second-order wave propagation with the model's default Riemann solver.
+    backend : ``"auto"``, ``"numba"`` (compiled) or ``"numpy"``; auto compiles where numba is installed, unless the
+        environment variable FVKIT_BACKEND names another.
+    nonhyperbolic : what to do when characteristic speeds turn complex: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
+    threads : threads of a compiled run; more than 1 only from 100,000 cells on, bit-identical to one.
+    length : bounds of the step length, None for what the Courant number allows, see `StepLength`.
+
+    Attributes
+    ----------
+    t : float
+        Current time, s.
+    q : numpy.ndarray
+        (num_eqn, num_cells) current cell averages; a view, read-only.
+
+    Raises
+    ------
+    ValueError
+        If scheme and model cannot work together, naming both.
+    """
+
+    def __init__(self, problem: Problem, scheme: Scheme | None = None, backend: str = "auto",
+                 nonhyperbolic: str = "warn", threads: int = 1, length: StepLength | None = None) -> None:
+        validation.choice(backend, "backend", BACKENDS)
+        self.nonhyperbolic = validation.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
+        self.problem, self.threads = problem, validation.whole(threads, "threads", at_least=1)
+        if isinstance(scheme, Scheme):
+            backend_for(scheme.riemann, backend)
+        self.scheme, parts = assemble(problem, scheme)
+        self._asked = parts.model
+        self.length = StepLength() if length is None else validation.instance(length, "length", StepLength)
+        self._start(make_kernel(backend, problem, self.scheme, parts, self.threads))
+
+    def again(self, problem: Problem) -> "Stepper":
+        """Return a stepper at the start of a problem with other numbers, see `Problem.again`: nothing is traced or compiled.
+
+        It runs what a new ``Stepper(problem, ...)`` would, bit for bit, and starts some ten times sooner.
+
+        Parameters
+        ----------
+        problem : of the same kinds of parts, with as many cells; given functions that were 0 everywhere still are.
+
+        Raises
+        ------
+        ValueError
+            Where the problem needs other code.
+        """
+        if problem.kinds() != self.problem.kinds() or problem.background is not None or self.problem.background is not None:
+            raise ValueError("`problem` must have the same kinds of model, boundaries and sources, and no background: "
+                             "make a new Stepper")
+        if layout(problem.fields) != layout(self.problem.fields):
+            raise ValueError("`problem` must have sources of which the same numbers vary over the grid: make a new Stepper")
+        result = copy(self)
+        result.problem = problem
+        parts = parts_of(problem, self.scheme)
+        if type(parts.model) is not type(self._asked):
+            raise ValueError("`problem` must have a flux that is convex around its initial state if that of this stepper is, and "
+                             "else none: make a new Stepper")
+        result._asked = parts.model
+        result._start(self._kernel.again(problem, parts))
+        return result
+
+    def _start(self, kernel: Kernel) -> None:
+        """Stand at the start of the problem, with its kernel."""
+        problem = self.problem
+        self._kernel = kernel
+        first = min(self._first_dt(), self.length.dt_initial or np.inf)
+        self._march = March(self._kernel.padded(problem.q0), problem.t_start, first, len(self._kernel.mass_rows),
+                            stop_when_lost=self.nonhyperbolic == "raise", bounds=self.length.bounds)
+        self._march.dt = self._march.bounded(first)
+        self._breaks = sorted({t for end in problem.ends for t in end.breaks()})
+        self._seconds = 0.0
+
+    def __repr__(self) -> str:
+        return (f"<Stepper of {self.problem.model} with {self.scheme}, {self._kernel.name}: t = {self.t:g} of "
+                f"{self.problem.t_end:g} s, {self.steps} steps>")
+
+    @property
+    def t(self) -> float:
+        """Current time, s."""
+        return self._march.t
+
+    @property
+    def steps(self) -> int:
+        """Accepted steps so far."""
+        return self._march.steps
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the stepping so far, s."""
+        return self._seconds
+
+    @property
+    def q(self) -> np.ndarray:
+        """Current cell averages, (num_eqn, num_cells), read-only."""
+        view = self._kernel.inside(self._march.now).view()
+        view.flags.writeable = False
+        return view
+
+    @property
+    def dt(self) -> float:
+        """The step that the Courant number allows next, s; infinite where nothing moves."""
+        return self._march.dt
+
+    def _first_dt(self) -> float:
+        """From the speeds of the initial cells, so that the first step is as good as the others."""
+        q0, speed, model = self.problem.q0, 0.0, self._asked
+        aux = aux_rows(self.problem.model, self.problem.aux_averages)
+        with np.errstate(all="ignore"):
+            for first in range(0, q0.shape[1], CHUNK):
+                q, given = tuple(q0[:, first:first + CHUNK]), tuple([row[first:first + CHUNK] for row in aux])
+                low, high = answers.wave_speeds(model, q, given)
+                here = float(np.max(np.maximum(np.abs(low), np.abs(high))))
+                if np.any(low - high > SWAPPED * here):
+                    cell = first + int(np.argmax(np.broadcast_to(low - high, q0[0, first:first + CHUNK].shape)))
+                    raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order: "
+                                     f"the first is above the second in cell {cell} (x = {self.problem.grid.centers[cell]:.6g})")
+                if answers.looks_between(model):
+                    sides = [tuple([row[cut] for row in rows]) for rows in (q, given) for cut in (slice(-1), slice(1, None))]
+                    here = max(here, *(float(np.max(np.abs(bound), initial=0.0)) for bound in answers.face_speeds(model, *sides)))
+                speed = max(speed, here)
+        return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
+
+    def step(self, dt: float | None = None) -> float:
+        """Advance by one accepted step of at most ``dt`` and return its length.
+
+        Raises
+        ------
+        SolveError
+            If no acceptable step exists; the state stays the last accepted one.
+        """
+        before = self.t
+        if dt is not None:
+            self._march.dt = min(self._march.dt, validation.real(dt, "dt", above=0.0))
+            self.run(np.inf, max_steps=1)
+        elif before < self.problem.t_end:
+            self.run(self.problem.t_end, max_steps=1)
+        else:
+            raise ValueError(f"the end time t_end = {self.problem.t_end:g} is reached; give a `dt` to step on")
+        return self.t - before
+
+    def advance(self, t: float) -> None:
+        """Step to exactly time ``t``."""
+        target = validation.real(t, "t", at_least=self.t)
+        while self.t < target:
+            self.run(target, max_steps=UNLIMITED)
+
+    @property
+    def batch(self) -> int:
+        """Steps that take about 0.1 s: after so many a run comes back to Python, for progress and Ctrl-C."""
+        return max(1, int(0.1 * self.steps / self._seconds)) if self._seconds > 0.0 and self.steps else 1
+
+    def interrupted(self) -> Interrupted:
+        """The error of a run that the user stops now."""
+        state = self.q[:, 0].copy()
+        return Interrupted(Status.INTERRUPTED, self.t, -1, np.nan, state, self.steps, self.problem.model.conserved)
+
+    def run(self, target: float, max_steps: int) -> None:
+        """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
+        march = self._march
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
+        while max_steps > 1 and self._resting:
+            self._take(target, 1)
+            max_steps -= 1
+            if march.t >= target:
+                return
+        self._take(target, max_steps)
+
+    @property
+    def _resting(self) -> bool:
+        """Whether nothing had a speed so far, in a problem where nothing else may change the state."""
+        return self._march.max_cfl == 0.0 and not self.problem.sources and not self.problem.model.defines("settle")
+
+    def _take(self, target: float, max_steps: int) -> None:
+        """The same, one step at a time as long as nothing has moved."""
+        march = self._march
+        known = march.lost - march.films
+        resting = self._resting
+        books = tuple(book.copy() for book in march.books) if resting else ()
+        started = clock.perf_counter()
+        with np.errstate(all="ignore"):
+            outcome = self._kernel.advance(march, target, max_steps)
+        self._seconds += clock.perf_counter() - started
+        if not known and march.lost > march.films:
+            self.warn_lost()
+        if outcome is Outcome.BAD_STATE:
+            self.fail(*self._diagnosis())
+        if outcome is Outcome.NO_STEP:
+            status = Status.DT_TOO_SMALL if self.length.dt is None else Status.DT_TOO_LARGE
+            self.fail(*(self._wrong_speed() or (status, int(np.argmax(np.max(np.abs(self._speeds()), axis=0))), march.now)))
+        if resting and march.max_cfl == 0.0 and march.steps > books[1][0]:
+            self._check_rest(books)
+        if outcome is Outcome.LOST_HYPERBOLICITY:
+            self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.num_cells - 1), march.now)
+
+    def _speeds(self) -> np.ndarray:
+        """The speeds of the cells of the last accepted state, (2, num_cells)."""
+        with np.errstate(all="ignore"):
+            model = self.problem.model
+            bounds = answers.wave_speeds(model, tuple(self.q), aux_rows(model, self.problem.aux_averages))
+        return np.array([np.broadcast_to(bound, self.q.shape[1:]) for bound in bounds])
+
+    def _wrong_speed(self) -> tuple[Status, int, np.ndarray] | None:
+        """The first cell of the last accepted state whose speeds are no numbers, None without."""
+        finite = np.isfinite(self._speeds()).all(axis=0)
+        return None if finite.all() else (Status.WRONG_SPEED, int(np.argmin(finite)), self._march.now)
+
+    def _check_rest(self, books: tuple[np.ndarray, ...]) -> None:
+        """Take back a step in which something moved at no speed; of speeds that are too small, 0 alone is seen at once."""
+        march = self._march
+        now, before = self._kernel.inside(march.now), self._kernel.inside(march.next)
+        moved = (np.abs(now - before) > NOTHING * np.abs(before).max(axis=1, keepdims=True)).any(axis=0)
+        if moved.any():
+            for book, kept in zip(march.books, books, strict=True):
+                book[:] = kept
+            self.fail(Status.WRONG_SPEED, int(np.argmax(moved)), march.now)
+
+    def _diagnosis(self) -> tuple[Status, int, np.ndarray]:
+        """What is wrong with the trial state, and in which cell."""
+        wrong = self._wrong_speed()
+        if wrong is not None:
+            return wrong
+        trial, model = self._march.next, self.problem.model
+        q = self._kernel.inside(trial)
+        finite = np.isfinite(q).all(axis=0)
+        if not finite.all():
+            return Status.NON_FINITE, int(np.argmin(finite)), trial
+        lowest = [(q[row].min(), int(np.argmin(q[row]))) for row in self._kernel.mass_rows]
+        if lowest and min(lowest)[0] < 0.0:
+            return Status.NEGATIVE_DEPTH, min(lowest)[1], trial
+        if model.defines("admissible"):
+            allowed = np.broadcast_to(model.admissible(tuple(q)), q.shape[1:])
+            if not allowed.all():
+                return Status.INADMISSIBLE, int(np.argmin(allowed)), trial
+        return Status.NON_FINITE, -1, trial
+
+    def warn_lost(self) -> None:
+        """Warn, if asked to, where speeds turned complex: at once in a flow; at the end where it was in films alone."""
+        march = self._march
+        if not march.lost or self.nonhyperbolic != "warn":
+            return
+        deepest = march.deepest / MICRO
+        if march.lost == march.films:
+            where = (f", at {march.films} faces and steps, all in films: the deepest is {100.0 * deepest:.2g} cm deep, less than "
+                     f"{100.0 * FILM:g} cm")
+        else:
+            where = f", so far {deepest:.3g} m deep" * (deepest > 0.0)
+        warnings.warn(f"characteristic speeds are complex from t = {march.lost_time:.6g} on, first at "
+                      f"x = {self.problem.grid.edges[march.lost_face]:.6g}{where}: the problem is ill-posed there and does not "
+                      "converge. stats.nonhyperbolic_faces counts; nonhyperbolic='raise' stops, 'ignore' is silent.",
+                      RuntimeWarning, stacklevel=3)
+
+    @property
+    def only_films_lost(self) -> bool:
+        """Whether speeds have turned complex in films alone."""
+        return 0 < self._march.lost == self._march.films
+
+    def fail(self, status: Status, cell: int = -1, padded: np.ndarray | None = None) -> NoReturn:
+        """Raise `SolveError` with what is known of the state."""
+        x = float(self.problem.grid.centers[cell]) if cell >= 0 else np.nan
+        state = self._kernel.inside(self._march.now if padded is None else padded)[:, max(cell, 0)].copy()
+        raise SolveError(status, self.t, cell, x, state, self.steps, self.problem.model.conserved)
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Copies of all that a run changes: with them `restore` puts another stepper of the same problem and scheme here."""
+        march = self._march
+        return {"now": self.q.copy(), "real": march.real.copy(), "count": march.count.copy(), "masses": march.masses.copy(),
+                "clock": np.array(self._seconds)}
+
+    def restore(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go to a `snapshot`: what follows is what followed there, bit for bit on the same backend."""
+        march = self._march
+        for array, name in ((march.real, "real"), (march.count, "count"), (march.masses, "masses")):
+            array[:] = snapshot[name]
+        self._kernel.inside(march.now)[:] = snapshot["now"]
+        self._seconds = float(snapshot["clock"])
+
+    def stats(self) -> Stats:
+        """Statistics of the run so far."""
+        march, kernel, grid = self._march, self._kernel, self.problem.grid
+        names = [self.problem.model.conserved[row] for row in kernel.mass_rows]
+        start = self.problem.q0[kernel.mass_rows].sum(axis=1) * grid.dx
+        through, brought = (march.masses[0] - march.masses[1])[:len(names)], march.masses[2, :len(names)]
+        change = self.q[kernel.mass_rows].sum(axis=1) * grid.dx - start - through - brought
+        scale = [mass or start.sum() or 1.0 for mass in start]
+        return Stats(march.steps, march.rejected, grid.num_cells * (march.steps + march.rejected), self._seconds,
+                     kernel.compile_seconds, march.max_cfl, kernel.name, 0, march.lost,
+                     {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)}, march.films,
+                     march.deepest / MICRO, dict(zip(names, brought.tolist(), strict=True)))

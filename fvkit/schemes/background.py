@@ -1,0 +1,152 @@
+"""Models as schemes see them. From a known steady flow: jumps and differences are those beyond the flow's own.
+
+A scheme that works face by face keeps a state where all of these vanish. So it keeps the flow, whatever its own error there,
+and resolves what is added to it. Derived here.
+"""
+
+import inspect
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from fvkit.pointwise import add, subtract
+from fvkit.problem.model import Model
+
+
+def deviation(model: Model) -> Model:
+    """Return a model that subtracts, at every face, what the cell averages of a steady flow have there.
+
+    These averages are further aux values, behind those of the model.
+    """
+    return _as(_seen_from_flow(type(model)), model)
+
+
+def scanning(model: Model) -> Model:
+    """Return a scalar model of whose speeds those between the states of a face are looked at as well."""
+    return _as(_scanning(type(model)), model)
+
+
+def adding_up(model: Model, total: Callable[..., Any]) -> Model:
+    """Return a model whose jump is what a Riemann solver with waves of its own finds, ``total(ql, qr, auxl, auxr)``."""
+    class AddingUp(type(model)):  # type: ignore[misc]
+        """See `adding_up`."""
+
+        def jump(self, ql, qr, auxl, auxr):
+            return total(ql, qr, auxl, auxr)
+
+    AddingUp.__name__, AddingUp.__qualname__ = type(model).__name__, type(model).__qualname__
+    return _as(AddingUp, model)
+
+
+def given_more(model: Model, more: Sequence[str]) -> Model:
+    """Return a model with further aux values behind its own, of which its own methods see nothing: those are for sources."""
+    return _as(_given_more(type(model), tuple(more)), model)
+
+
+def _as(kind: type[Model], model: Model) -> Model:
+    """Return a model with the same fields, of another class."""
+    result: Model = object.__new__(kind)
+    for name in (field.name for field in type(model).__attrs_attrs__):
+        object.__setattr__(result, name, getattr(model, name))
+    return result
+
+
+@lru_cache(maxsize=64)
+def _scanning(kind: type[Model]) -> type[Model]:
+    class Scanning(kind):  # type: ignore[misc, valid-type]
+        """See `scanning`."""
+
+        scans = True
+
+    Scanning.__name__, Scanning.__qualname__ = kind.__name__, kind.__qualname__
+    return Scanning
+
+
+#: Which arguments of the methods of a model hold aux values.
+_AUX_OF = {"flux": (1,), "wave_speeds": (1,), "speeds_between": (2, 3), "lift": (1,), "cell_integral": (3,), "jump": (2, 3),
+           "balanced_difference": (2, 3), "decompose": (2, 3), "relaxation": (2, 3), "matrix_product": (2, 3), "cross": (2, 3)}
+
+
+@lru_cache(maxsize=64)
+def _given_more(kind: Any, more: tuple[str, ...]) -> type[Model]:
+    class GivenMore(kind):
+        """See `given_more`."""
+
+        aux = (*kind.aux, *more)
+
+    def cut(name: str, places: tuple[int, ...]) -> Callable[..., Any]:
+        def method(self: Any, *arguments: Any) -> Any:
+            return getattr(kind, name)(self, *[item[:len(kind.aux)] if k in places else item for k, item in enumerate(arguments)])
+
+        return method
+
+    for name, places in _AUX_OF.items():
+        if kind.defines(name) and max(places) < len(inspect.signature(getattr(kind, name)).parameters) - 1:
+            setattr(GivenMore, name, cut(name, places))
+    GivenMore.takes_aux = kind.takes_aux
+    GivenMore.__name__, GivenMore.__qualname__ = kind.__name__, kind.__qualname__
+    return GivenMore
+
+
+@lru_cache(maxsize=64)
+def _seen_from_flow(kind: type[Model]) -> type[Model]:
+    given = len(kind.aux)
+
+    def split(auxl: Any, auxr: Any) -> tuple[Any, Any, Any, Any]:
+        return auxl[:given], auxr[:given], auxl[given:], auxr[given:]
+
+    class Deviation(kind):  # type: ignore[misc, valid-type]
+        """See `deviation`."""
+
+        def jump(self, ql, qr, auxl, auxr):
+            auxl, auxr, flowl, flowr = split(auxl, auxr)
+            return subtract(kind.jump(self, ql, qr, auxl, auxr), kind.jump(self, flowl, flowr, auxl, auxr))
+
+        def difference(self, ql, qr, auxl, auxr):
+            _, _, flowl, flowr = split(auxl, auxr)
+            return subtract(subtract(qr, ql), subtract(flowr, flowl))
+
+        def balanced_difference(self, ql, qr, auxl, auxr):
+            auxl, auxr, flowl, flowr = split(auxl, auxr)
+            return subtract(kind.balanced_difference(self, ql, qr, auxl, auxr),
+                            kind.balanced_difference(self, flowl, flowr, auxl, auxr))
+
+        def decompose(self, ql, qr, auxl, auxr, jump):
+            return kind.decompose(self, ql, qr, auxl[:given], auxr[:given], jump)
+
+        def relaxation(self, ql, qr, auxl, auxr, jump):
+            auxl, auxr, flowl, flowr = split(auxl, auxr)
+            plain: Any = _as(kind, self)  # what the model makes of whole states, which asks for whole jumps
+            own = plain.jump(flowl, flowr, auxl, auxr)
+            waves, speeds = plain.relaxation(ql, qr, auxl, auxr, add(jump, own))
+            standing, _ = plain.relaxation(flowl, flowr, auxl, auxr, own)
+            return tuple(map(subtract, waves, standing)), speeds
+
+        def matrix_product(self, ql, qr, auxl, auxr, v):
+            return kind.matrix_product(self, ql, qr, auxl[:given], auxr[:given], v)
+
+        def cross(self, ql, qr, auxl, auxr):
+            return kind.cross(self, ql, qr, auxl[:given], auxr[:given])
+
+    for name in ("decompose", "relaxation", "cross"):
+        if not kind.defines(name):
+            setattr(Deviation, name, getattr(kind, name))
+    Deviation.__name__, Deviation.__qualname__ = kind.__name__, kind.__qualname__
+    return Deviation
+
+
+class Background(NamedTuple):
+    """A background on a cell: its average, face values, third mode and residual."""
+
+    mean: Any
+    left: Any
+    right: Any
+    third: Any
+    residual: Any
+
+
+def of_background(model, aux):
+    """Return the background behind the aux values of a cell, None where there is none."""
+    rows, own = len(model.conserved), len(model.aux)
+    behind = aux[own:]
+    return Background(*(behind[k:k + rows] for k in range(0, 5 * rows, rows))) if behind else None

@@ -1,0 +1,104 @@
+"""Cautions before a run: what a model does not say, and its scheme needs for its order or for bounds of its speeds."""
+
+import warnings
+
+import numpy as np
+
+from fvkit.pointwise import CHUNK, subtract
+from fvkit.problem import answers
+from fvkit.problem.model import aux_rows
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
+
+#: Speeds between two states may exceed those of both by this factor before a model that looks at both alone is warned of.
+BEYOND = 2.0
+
+
+def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
+    """Warn of what the model does not say, and return the scheme, at first order where it knows no matrix."""
+    name = type(problem.model).__name__
+    if says_nothing_of_the_matrix(problem, parts):
+        given, chosen = chosen, chosen.at_first_order()
+        warnings.warn(f"{name} says nothing of the matrix of {type(parts.riemann).__name__}: its flux is not what the waves add "
+                      f"up to. The run goes by these alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
+                      "`flux(q, aux)` of the same equations, or `jump` and `matrix_product` where they have no flux",
+                      RuntimeWarning, stacklevel=4)
+    if chosen.wants_cross and _lacks_cross(problem):
+        warnings.warn(f"{name} defines a `jump` with products or sources that change with q, and no `cross`: "
+                      f"{type(chosen).__name__} of order 2 is first order where they act. Define `cross(ql, qr, auxl, auxr)`, "
+                      "the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G, and with a linearisation of your own "
+                      "`matrix_product`, the matrix A times v (fv.Model); or take order=1, or fv.MethodOfLines, which needs none",
+                      RuntimeWarning, stacklevel=4)
+    if parts.riemann.bounds and len(problem.q0) > 1 and not answers.looks_between(problem.model):
+        _check_bounds(problem, parts)
+    return chosen
+
+
+def says_nothing_of_the_matrix(problem: Problem, parts: Parts) -> bool:
+    """Whether a solver with waves of its own finds another total than the flux difference, and the model no `matrix_product`."""
+    model, riemann = problem.model, parts.riemann
+    if not riemann.defines("total") or model.defines("matrix_product"):
+        return False
+    q, aux, count = problem.sample()
+    ql, auxl, auxr = (tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux))
+    size = max(float(np.abs(q).max()), 1.0)
+    qr = tuple([row + 0.01 * size * np.cos(np.arange(count) + k) for k, row in enumerate(q)])
+    with np.errstate(all="ignore"):
+        wanted = subtract(answers.flux(model, qr, auxr), answers.flux(model, ql, auxl))
+        found, known = (np.array([np.broadcast_to(row, (count,)) for row in rows])
+                        for rows in (riemann.total(ql, qr, auxl, auxr), wanted))
+    return bool((np.abs(found - known) > 1e-6 * np.maximum(np.abs(found), np.abs(known)).max(axis=1, keepdims=True)).any())
+
+
+def _lacks_cross(problem: Problem) -> bool:
+    """Whether a jump of its own needs a `cross` that a model does not define.
+
+    The sum of jumps around a closed loop of states, q -/+ w by q -/+ dq/2 with its aux values, is 0 for conservation laws and for
+    constant matrices, and else, with w along the jump G, what `cross` is. Looked at near the initial state, for aux values that
+    differ as those of the problem do.
+    """
+    model = problem.model
+    if not model.defines("jump") or model.defines("cross"):
+        return False
+    cells, aux, count = problem.sample()
+    rng = np.random.default_rng(1)
+    size = np.abs(problem.q0).max(axis=1)
+    size = 0.01 * np.where(size > 0.0, size, size.max() or 1.0)
+    q = np.array(cells)
+    w, half = (size[:, None] * rng.uniform(-1.0, 1.0, (len(q), count)) for _ in range(2))
+    spread = np.array([np.ptp(problem.aux_averages[name]) for name in model.aux]).reshape(-1, 1)
+    a, da = np.array(aux).reshape(len(aux), count), 0.01 * spread * rng.uniform(-1.0, 1.0, (len(aux), count))
+
+    def jump(left: np.ndarray, right: np.ndarray, auxl: np.ndarray, auxr: np.ndarray) -> np.ndarray:
+        found = model.jump(tuple(left), tuple(right), tuple(auxl), tuple(auxr))
+        return np.array([np.broadcast_to(row, (count,)) for row in found])
+
+    with np.errstate(all="ignore"):
+        sides = [jump(q + w - half, q + w + half, a - da, a + da), -jump(q - w - half, q - w + half, a - da, a + da),
+                 -jump(q + half - w, q + half + w, a + da, a + da), jump(q - half - w, q - half + w, a - da, a - da)]
+        known = np.isfinite(sides).all(axis=(0, 1))
+        loop, most = np.abs(sum(sides))[:, known], np.abs(sides).max(axis=0)[:, known].max(axis=1, initial=0.0)
+    return bool((loop > 1e-9 * most[:, None]).any())
+
+
+def _check_bounds(problem: Problem, parts: Parts) -> None:
+    """Warn where speeds between the states of a face at the start exceed those of both sides by far: bounds that do not bound."""
+    model, count = problem.model, problem.grid.num_cells
+    ends, most = np.zeros(max(count - 1, 0)), np.zeros(max(count - 1, 0))
+    for first in range(0, count - 1, CHUNK):
+        cells = slice(first, first + CHUNK + 1)
+        q, aux = problem.q0[:, cells], [row[cells] for row in aux_rows(model, problem.aux_averages)]
+        for share, found in ((0.0, ends), (1.0, ends), *((share, most) for share in answers.BETWEEN)):
+            state, given = (tuple([(1.0 - share) * row[:-1] + share * row[1:] for row in rows]) for rows in (q, aux))
+            here = found[first:first + CHUNK]
+            with np.errstate(all="ignore"):
+                for bound in answers.wave_speeds(model, state, given):
+                    np.fmax(here, np.abs(bound), out=here)
+    wrong = np.flatnonzero(most > BEYOND * ends + np.finfo(float).tiny)
+    if wrong.size:
+        face = int(wrong[np.argmax(most[wrong] - ends[wrong])])
+        warnings.warn(f"{type(model).__name__}: speeds of states between those of both sides of a face reach {most[face]:.6g}, "
+                      f"of both sides {ends[face]:.6g} at most (x = {problem.grid.edges[face + 1]:.6g}): "
+                      f"{type(parts.riemann).__name__} takes those of both sides as bounds, and may be unstable. Define "
+                      "`speeds_between(ql, qr)`, bounds over all states between (fv.Model, point 7)",
+                      RuntimeWarning, stacklevel=5)

@@ -1,0 +1,110 @@
+"""What a scheme and a problem make together: the parts of a run, checked."""
+from typing import Any
+
+import numpy as np
+
+from fvkit import validation
+from fvkit.pointwise import contract, scale
+from fvkit.problem import answers, fields
+from fvkit.problem.problem import Problem
+from fvkit.schemes.background import adding_up, given_more, scanning
+from fvkit.schemes.cautions import cautioned, says_nothing_of_the_matrix
+from fvkit.schemes.riemann import default_riemann
+from fvkit.schemes.scheme import Parts, Scheme
+from fvkit.schemes.wave_propagation import WavePropagation
+
+#: Times at which ends that depend on time are asked for the values that come in.
+TIMES = 9
+
+
+def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
+    """Return the scheme, the default where None, and its parts, checked against the problem."""
+    validation.instance(problem, "problem", Problem)
+    chosen = default_scheme(problem) if scheme is None else validation.instance(scheme, "scheme", Scheme)
+    parts = parts_of(problem, chosen)
+    check_parts(problem, parts)
+    chosen.splitting.check()
+    if chosen.time_integrator is not None:
+        chosen.time_integrator.check()
+    chosen = cautioned(problem, chosen, parts)
+    return chosen, parts if problem.background is None else chosen.around(parts)
+
+
+def parts_of(problem: Problem, scheme: Scheme) -> Parts:
+    """Return the parts of a scheme for a problem, whose sources know where their `fields` stand."""
+    parts, found = _parts_for_model(problem, scheme), problem.fields
+    if not found:
+        return parts
+    rows = [f"{field.alias} of source {field.position}" for field in found for _ in range(field.size)]
+    sources = fields.on_grid(parts.sources, found, len(problem.model.aux))
+    return parts._replace(model=given_more(parts.model, rows), sources=sources)
+
+
+def _parts_for_model(problem: Problem, scheme: Scheme) -> Parts:
+    """Return the parts of a scheme: a scalar law that is not convex around its initial state scans its speeds."""
+    parts = scheme.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
+    if not problem.model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
+        return parts._replace(model=adding_up(parts.model, parts.riemann.total))
+    scalar = len(problem.q0) == 1 and not answers.looks_between(problem.model)
+    if scalar and not answers.monotone(problem.model, _values(problem), problem.sample()[1]):
+        return parts._replace(model=scanning(parts.model))
+    return parts
+
+
+def _values(problem: Problem) -> np.ndarray:
+    """Values of a scalar law that a run meets: those of the start, and those outside of both ends at some times."""
+    model, times = problem.model, np.linspace(problem.t_start, problem.t_end, TIMES)
+    outside = [side.ghost(model, (problem.q0[0, cell],), side.values(model, t))[0]
+               for side, cell in zip(problem.ends, (0, -1), strict=True) for t in times[:1 if side.steady else None].tolist()]
+    return np.concatenate([problem.q0[0], np.asarray(outside, dtype=float)])
+
+
+def default_scheme(problem: Problem) -> Scheme:
+    """Second-order wave propagation with the model's default Riemann solver."""
+    return WavePropagation(default_riemann(problem.model))
+
+
+def check_parts(problem: Problem, parts: Parts) -> None:
+    """Check the pointwise contract of solver and limiters on the problem's own initial state."""
+    model, kind = problem.model, type(problem.model)
+    q, aux, count = problem.sample()
+    face = (model, q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux), q)
+    if parts.riemann.compilable:
+        contract.read(type(parts.riemann), ("solve",), kind)
+    waves = contract.rehearse_waves(parts.riemann, "solve", face, len(q), count)
+    if parts.reconstruction is None and len(parts.limiters) not in (1, waves):
+        raise ValueError(f"`limiter` must be one limiter or one per wave family: {type(parts.riemann).__name__} with "
+                         f"{kind.__name__} has {waves}, got {len(parts.limiters)}")
+    if parts.reconstruction is not None:
+        contract.read(type(parts.reconstruction), ("right",))
+        cells = tuple(np.linspace(1.0, 2.0 + k % 3, count) for k in range(5))
+        contract.rehearse_value(parts.reconstruction, "right", cells, count)
+    for limiter in parts.limiters:
+        contract.read(type(limiter), ("phi",))
+        contract.rehearse_value(limiter, "phi", (np.linspace(-1.0, 3.0, count), np.full(count, 0.5)), count)
+    with np.errstate(all="ignore"):
+        _check_numbers(parts, face[1:5])
+
+
+def _check_numbers(parts: Parts, face: tuple[Any, ...]) -> None:
+    """Refuse parts that run but break a promise of their contract: such runs converge to something else, without a word."""
+    ql, qr, auxl, auxr = face
+    jump = parts.model.jump(ql, qr, auxl, auxr)
+    waves, _ = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
+    sizes = [np.fmax.reduce(np.abs(row), axis=None) for wave in (*waves, scale(1e-6, (*ql, *qr))) for row in wave]
+    largest = float(np.fmax.reduce(sizes))  # waves of a state at rest are rounding of its size
+    contract.agree(parts.riemann, "solve", tuple(sum(rows) for rows in zip(*waves, strict=True)), jump,
+                   "the waves must add up to the jump", largest)
+    if parts.reconstruction is not None:
+        means, right = np.array([-2.0, 0.0, 1e-3, 1.0]), parts.reconstruction.right
+        contract.agree(parts.reconstruction, "right", right(*[means] * 5), means, "must return the mean that five cells share")
+        if parts.reconstruction.reach == 1:
+            a, b, c, d, e = (means + shift for shift in (0.3, 0.1, 0.7, 0.4, 0.9))
+            contract.agree(parts.reconstruction, "right", right(a, b, c, d, e), right(e, b, c, d, a),
+                           "`reach` is 1, so that the first and the last mean must not count")
+    nu = np.linspace(0.1, 1.0, 4)
+    for limiter in parts.limiters:
+        theta = np.array([1.0, 1.0, 1.0, 1.0] if limiter.limits else [-1.0, 0.0, 0.5, 3.0])
+        contract.agree(limiter, "phi", limiter.phi(theta, nu), np.ones(4),
+                       "must be 1 for theta = 1, else the scheme is not of second order" if limiter.limits else
+                       "`limits` is False, so that it must be 1 for every theta")

@@ -1,0 +1,233 @@
+"""Riemann solvers: how the jump at a face becomes waves."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.pointwise import TINY, add, combine, least, maximum, scale, subtract, where
+from fvkit.pointwise.part import Part, default
+from fvkit.problem.answers import face_speeds, mass_flux
+from fvkit.problem.model import Model
+
+
+@attrs.frozen
+class RiemannSolver(Part, ABC):
+    """Abstract Riemann solver in f-wave form. Contract:
+
+    1. ``solve(model, ql, qr, auxl, auxr, jump)`` returns (waves, speeds): tuples, one entry per wave family; a
+       wave has one component per equation. Pointwise.
+    2. The waves add up to ``jump``, to rounding, for any data: that is conservation and balance at once.
+    3. It asks the model questions (``model.balanced_difference(...)``) and never which model it is;
+       ``needs`` names the questions without a usable default.
+    4. ``eigenvectors = True`` says that each wave is an eigenvector of the Roe-mean matrix with its speed; else
+       second order takes the matrix itself from ``model.matrix_product``.
+    5. ``positive = True`` says that masses stay non-negative for any data; else the scheme falls back to the model's
+       ``relaxation``, where it defines one, at faces next to dry ground.
+    6. ``compilable = False`` says that it needs whole arrays: it runs on the NumPy backend, and its code is not checked.
+    7. ``bounds = True`` says that its speeds are bounds from `fvkit.problem.answers.face_speeds`: they must hold for all states
+       between.
+    8. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ()
+    eigenvectors: ClassVar[bool] = False
+    positive: ClassVar[bool] = False
+    compilable: ClassVar[bool] = True
+    bounds: ClassVar[bool] = False
+
+    @abstractmethod
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        """Return (waves, speeds) of the face whose total fluctuation is ``jump``."""
+
+    @default
+    def total(self, ql, qr, auxl, auxr):
+        """Return what the solver's own waves add up to, for one that finds them without the model's jump. Asked only where
+        defined: of a model whose flux is another the run is first order, and says so."""
+        raise NotImplementedError(f"{type(self).__name__} defines no `total`: its waves add up to the jump of the model")
+
+    @classmethod
+    def serves(cls, model: Model | type[Model]) -> bool:
+        """Whether a model answers what the solver needs."""
+        return all(model.defines(need) for need in cls.needs)
+
+    def check(self, model: Model) -> None:
+        """Raise ValueError, naming what is missing and what fits, if the solver cannot serve ``model``."""
+        missing = [need for need in self.needs if not model.defines(need)]
+        if missing:
+            fitting = sorted(kind.__name__ for kind in RiemannSolver.__subclasses__()
+                             if kind.serves(model))
+            raise ValueError(f"{type(self).__name__} cannot serve {type(model).__name__}: the model does not define "
+                             f"{', '.join(f'`{name}`' for name in missing)}. "
+                             f"Solvers that fit it: {', '.join(fitting) or 'none'}")
+
+
+def explained(model, ql, qr, auxl, auxr, jump):
+    """Return D, A^ D, and K, None where the jump is a flux difference: D explains all of it."""
+    change = model.difference(ql, qr, auxl, auxr)
+    if not model.defines("jump"):
+        return change, jump, None
+    result = list(least(change, model.balanced_difference(ql, qr, auxl, auxr)))
+    fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
+    for masses, momentum in model.phases:
+        row = masses[-1]
+        v = (fluxl[row] + fluxr[row]) / (ql[row] + qr[row] + TINY)
+        result[momentum] = change[momentum] + v * (result[row] - change[row])
+    moved = model.matrix_product(ql, qr, auxl, auxr, tuple(result))
+    return tuple(result), moved, subtract(jump, moved)
+
+
+def towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, apart):
+    """Return what travels left of K: (s2 - A^) K/(s2 - s1) where the bounds lie ``apart``, else all of it, half or nothing."""
+    if rest is None:
+        return (0.0,) * len(ql)
+    part = scale(1.0 / where(apart, s2 - s1, 1.0), rest)
+    split = combine(s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
+    whole = scale(where(s1 >= 0.0, 0.0, where(s2 <= 0.0, 1.0, 0.5)), rest)
+    return tuple([where(apart, item, other) for item, other in zip(split, whole, strict=True)])
+
+
+@attrs.frozen
+class Roe(RiemannSolver):
+    """Roe's linearisation: the jump as a sum of eigenvectors of the Roe-mean matrix.
+
+    The sharpest solver; it needs ``decompose`` of the model. By itself it guarantees neither positive depths near vacuum,
+    where the scheme falls back to the model's ``relaxation``, nor, without the entropy fix of the scheme, a physical
+    transonic rarefaction.
+
+    Source: P. L. Roe, J. Comput. Phys. 43 (1981) 357-372; f-waves: Bale, LeVeque, Mitran, Rossmanith,
+    SIAM J. Sci. Comput. 24 (2003) 955-978.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ("decompose",)
+    eigenvectors: ClassVar[bool] = True
+
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        return model.decompose(ql, qr, auxl, auxr, jump)
+
+
+#: Bounds that differ by less than this share of the larger one coincide: waves are differences over their distance, and where a
+#: scalar law is smooth nothing but rounding would be left of them.
+NARROW = 1e-3
+
+
+@attrs.frozen
+class HLL(RiemannSolver):
+    """Two waves at bounds s1 <= s2 of all speeds of both sides::
+
+        Z1 = s1 (s2 D - A^ D)/(s2 - s1) + K-,  Z2 = J - Z1,  K = J - A^ D,
+
+    where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that
+    viscosity acts on: 0 at rest and in uniform flow down a slope, see `fvkit.schemes.riemann`. A conservation law has D = qr -
+    ql, A^ D = J and K = 0: the usual HLL. Where both bounds coincide the jump travels with them.
+
+    Notes
+    -----
+    Fails, by smearing, where waves between the outer ones matter: contacts, internal waves of two phases. Over a bottom and
+    with sources it is as good as the model's ``matrix_product``.
+
+    Source: Harten, Lax, van Leer, SIAM Rev. 25 (1983) 35-61; path-conservative form: Castro Diaz, Kurganov,
+    Morales de Luna, M2AN 53 (2019) 959-985; D and K derived here.
+    """
+
+    bounds: ClassVar[bool] = True
+
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
+        gap = s2 - s1
+        opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
+        share = s1 / where(opened, gap, 1.0)
+        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
+        first = combine(where(opened, share * s2, 0.0), difference, where(opened, -share, 0.5), moved)
+        first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, opened))
+        return (first, subtract(jump, first)), (s1, s2)
+
+
+@attrs.frozen
+class Rusanov(RiemannSolver):
+    """Two waves at -/+ s, s the largest speed of both sides: Z1 = (A^ D - s D)/2 + K-, Z2 = J - Z1.
+
+    D and K as in `HLL`, K- what HLL sends left of K. A conservation law has K = 0, so Z1 = (J - s D)/2. The simplest and most
+    diffusive solver.
+
+    Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320; D and K derived here.
+    """
+
+    bounds: ClassVar[bool] = True
+
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
+        s = maximum(np.abs(s1), np.abs(s2))
+        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
+        first = combine(0.5, moved, -0.5 * s, difference)
+        first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, (s1 < 0.0) & (s2 > 0.0)))
+        return (first, subtract(jump, first)), (-s, s)
+
+
+def _function(value: Any) -> Any:
+    if not callable(value):
+        raise TypeError("`function` must be a Riemann solver f(q_l, q_r, aux_l, aux_r, problem_data), got "
+                        f"{validation.shown(value)}")
+    return value
+
+
+def _data(value: Any) -> Any:
+    return validation.mapping(value, "problem_data", "{'u': 1.0}")
+
+
+@attrs.frozen
+class PyClawRiemann(RiemannSolver):
+    """A solver ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)`` of PyClaw's Python form.
+
+    Arrays are (num_eqn, num_faces), ``wave`` is (num_eqn, num_waves, num_faces), ``s`` is (num_waves, num_faces). The waves
+    become f-waves, Z_k = s_k W_k; what they miss of the model's jump (rounding, or a source) is shared among them in equal
+    parts, so that every solver conserves.
+
+    Parameters
+    ----------
+    function : the solver.
+    problem_data : what it receives as ``problem_data``.
+    fwave : whether its waves are f-waves already.
+
+    Notes
+    -----
+    Runs on the NumPy backend only: the function needs whole arrays. ``amdq`` and ``apdq`` are not used: an entropy fix
+    that lives there is not seen, the scheme has its own (Roe). The model gives flux, wave speeds and, for the first time
+    step, bounds; it should be the one that the function was written for, with ``flux(q, aux)`` where that depends on x. Where its
+    flux is another and it has no ``matrix_product``, the run is first order, on the waves of the function, and warns.
+
+    Source: the contract of PyClaw's Python solvers, www.clawpack.org (clawpack.riemann).
+    """
+
+    compilable: ClassVar[bool] = False
+
+    function: Callable[..., Any] = attrs.field(converter=_function)
+    problem_data: Mapping[str, Any] = attrs.field(factory=dict, converter=_data, hash=False)
+    fwave: bool = validation.switch(False)
+
+    def solve(self, model, ql, qr, auxl, auxr, jump):
+        wave, speed = self._waves(ql, qr, auxl, auxr)
+        missing = (np.array([np.broadcast_to(row, wave.shape[2:]) for row in jump]) - wave.sum(axis=1)) / wave.shape[1]
+        return (tuple(tuple(wave[:, k] + missing) for k in range(wave.shape[1])), tuple(speed))
+
+    def total(self, ql, qr, auxl, auxr):
+        return tuple(self._waves(ql, qr, auxl, auxr)[0].sum(axis=1))
+
+    def _waves(self, ql: Any, qr: Any, auxl: Any, auxr: Any) -> tuple[Any, Any]:
+        """The f-waves of the function, (num_eqn, num_waves, num_faces), and their speeds."""
+        shape = np.broadcast(*ql, *qr).shape
+        left, right, given_left, given_right = (np.array([np.broadcast_to(row, shape) for row in side])
+                                                for side in (ql, qr, auxl, auxr))
+        wave, speed, _, _ = self.function(left, right, given_left, given_right, dict(self.problem_data))
+        return wave if self.fwave else wave * speed, speed
+
+
+def default_riemann(model: Model) -> RiemannSolver:
+    """Return the Riemann solver of a run that names none: what the model prefers, else Roe, or HLL where it has no
+    decomposition."""
+    if model.defines("preferred_riemann"):
+        return validation.instance(model.preferred_riemann(), "preferred_riemann()", RiemannSolver)
+    return Roe() if model.defines("decompose") else HLL()

@@ -1,0 +1,1 @@
+"""Stages of schemes: pointwise code at faces and in cells."""

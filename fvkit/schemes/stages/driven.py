@@ -1,0 +1,138 @@
+"""What sources leave of the jump of a face: its waves feel the push less what friction and drag take of it.
+
+The cells get the whole push, and pay for the sources themselves, on the masses that the push of their faces acts on: else
+neighbours of different depth would get more, or less, than they pay, and a flow that friction alone balances would grow waves.
+So a flow in balance has no waves, and what is held at rest feels nothing. Derived here.
+"""
+
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from fvkit.pointwise import TINY, combine, maximum, minimum, subtract, where
+from fvkit.problem.answers import mass_flux, wave_speeds
+from fvkit.problem.sources import acted
+
+#: Waves feel a source that acts on what moves less where the masses of neighbours differ by more than this factor: a front is
+#: no balance, and there the cells alone pay.
+EVEN = 4.0
+
+#: dt/dx at which the limit dt -> 0 is taken, s/m.
+SHORT = 1e-9
+
+
+def jumps(parts, ratio, ql, qr, auxl, auxr):
+    """Return the jump of a face, what sources leave of it for its waves (the same object where there are none), and the mass of
+    each phase that the push acts on."""
+    whole = parts.model.jump(ql, qr, auxl, auxr)
+    joint = parts.joint
+    limit = type(ratio) is float and ratio == 0.0
+    if limit:
+        joint, ratio = tuple([source for source in joint if source.static]), SHORT
+    if not parts.joint:
+        return whole, whole, ()
+    model, phases = parts.model, parts.model.phases
+    before, speeds = on_face(model, ql, qr, auxl, auxr)
+    bearing = tuple([before[masses[-1]] for masses, _ in phases])
+    if not joint:
+        return whole, whole, bearing
+    after, result = list(before), list(whole)
+    for (masses, momentum), v in zip(phases, speeds, strict=True):
+        after[momentum] = before[momentum] - ratio * (whole[momentum] - v * whole[masses[-1]])
+    aux = tuple([0.5 * (left + right) for left, right in zip(auxl, auxr, strict=True)])
+    end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
+    stops = not all(source.between_phases for source in joint)
+    low, high = wave_speeds(model, before, aux)
+    slip = reduce(maximum, [np.abs(v - speeds[0]) for v in speeds])
+    carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
+    for masses, momentum in phases:
+        row, still = masses[-1], before[momentum] == 0.0
+        push, left = (before[momentum] - after[momentum]) / ratio, (before[momentum] - end[momentum]) / ratio
+        # A source may stop or drive what moves, and is felt at a point: the sound of the face carries no more of it than this.
+        most = maximum(carries * before[row], np.abs(push))
+        left = minimum(maximum(left, -most), most)
+        even = 0.0 if limit else minimum(1.0, EVEN * minimum(ql[row], qr[row]) / (maximum(ql[row], qr[row]) + TINY))
+        # What a source stops must feel its push first: a slope would else come to rest below its angle.
+        lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY)) if stops else 1.0
+        kept = whole[momentum] + where(still, 1.0, even * lasting) * (left - push)
+        result[momentum] = where(still & (end[momentum] == 0.0), 0.0, kept)
+    return whole, tuple(result), bearing
+
+
+def drive(parts, ratio, q, net, aux, left, right):
+    """Return the state of a cell after its transport and its sources; ``left`` and ``right`` bear the push of its faces."""
+    after, bearing = combine(1.0, q, -ratio, net), combine(0.5, left, 0.5, right)
+    return (acted(parts.joint, parts.model, q, after, bearing, aux, ratio * parts.dx),)
+
+
+def on_face(model, ql, qr, auxl, auxr):
+    """Return the state of a face, and the velocity of each phase there.
+
+    Masses are those that a push acts on: the mean, and of the excess of an emerged step of the bottom the upper side.
+    Velocities are weighted by the roots of the masses.
+    """
+    lift = subtract(model.balanced_difference(ql, qr, auxl, auxr), subtract(qr, ql))
+    fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
+    result, speeds = [0.5 * (left + right) for left, right in zip(ql, qr, strict=True)], []
+    for masses, momentum in model.phases:
+        row = masses[-1]
+        beyond = maximum(lift[row] - ql[row], 0.0) + maximum(-lift[row] - qr[row], 0.0)
+        raised = beyond / (np.abs(lift[row]) + TINY)
+        for k in masses:
+            result[k] = result[k] + raised * (where(lift[row] > 0.0, qr[k], ql[k]) - result[k])
+        rootl, rootr = np.sqrt(ql[row]), np.sqrt(qr[row])
+        v = (fluxl[row] / (rootl + TINY) + fluxr[row] / (rootr + TINY)) / (rootl + rootr + TINY)
+        speeds.append(v)
+        result[momentum] = result[row] * v
+    return tuple(result), speeds
+
+
+class Restrained:
+    """A model whose balanced difference leaves out what friction holds back at a face, since that too is equilibrium.
+
+    A viscosity would else carry a depth away whose push friction has taken.
+    """
+
+    def __init__(self, model, whole, net):
+        self._model, self._whole, self._net = model, whole, net
+
+    def __getattr__(self, name):
+        return getattr(self._model, name)
+
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        """Return the balanced difference of the model, of each phase as much as sources leave of its push."""
+        result = list(self._model.balanced_difference(ql, qr, auxl, auxr))
+        for masses, momentum in self._model.phases:
+            left = minimum(1.0, np.abs(self._net[momentum]) / (np.abs(self._whole[momentum]) + TINY))
+            for row in masses:
+                result[row] = left * result[row]
+        return tuple(result)
+
+
+def without_held(model, whole, jump, waves):
+    """Return the waves without the rows of a phase that sources hold at this face: neither viscosity nor the waves of another
+    phase then move it."""
+    result = [list(wave) for wave in waves]
+    for masses, momentum in model.phases:
+        held: Any = (whole[momentum] != 0.0) & (jump[momentum] == 0.0)
+        for row in masses:
+            held = held & (jump[row] == 0.0)
+        for wave in result:
+            for row in (*masses, momentum):
+                wave[row] = where(held, 0.0, wave[row])
+    return tuple(map(tuple, result))
+
+
+def for_cells(model, ql, qr, whole, jump):
+    """Return the jump that the cells of a face get: nothing of the push of a phase that is held at rest, else the whole of it.
+
+    What the waves do not carry of it stands at the face and goes to the cells in halves.
+    """
+    if jump is whole:
+        return whole
+    result = list(whole)
+    for _, momentum in model.phases:
+        held = (ql[momentum] == 0.0) & (qr[momentum] == 0.0) & (jump[momentum] == 0.0)
+        result[momentum] = where(held, 0.0, whole[momentum])
+    return tuple(result)

@@ -1,0 +1,150 @@
+"""What happens at a face, for every scheme: the Riemann problem, its fluctuations, entropy fix and fallback."""
+
+from functools import partial
+
+import numpy as np
+
+from fvkit.pointwise import TINY, add, combine, maximum, scale, subtract, where
+from fvkit.problem.answers import end_speeds, face_speeds, looks_between, wave_speeds
+from fvkit.schemes.scheme import Parts, Read, Stage
+from fvkit.schemes.stages.dry_fallback import distrusted, fall_back
+from fvkit.schemes.stages.fluctuations import fluctuations, half_signs, riemann_problem
+
+#: Share of a speed that the speed of a jump may be off by rounding.
+ROUNDING = 1e-8
+
+#: Corrections are gone where speeds between both sides leave those of both sides by one over this share of the largest.
+COMPOSITE = 20.0
+
+#: The fields of what a face sends to both sides.
+BOTH = ("left_going", "right_going")
+
+
+def here(*fields: str) -> tuple[Read, ...]:
+    """Read fields of the face itself."""
+    return tuple(Read(field, 0, 0) for field in fields)
+
+
+def face_stages(parts: Parts, face: tuple[Read, ...], fixes: bool, waves: bool = False) -> list[Stage]:
+    """Return the stages from the Riemann problem of a face to what travels left and right.
+
+    Parameters
+    ----------
+    parts : the parts of the scheme.
+    face : reads of the states left and right of a face and of the aux values there.
+    fixes : whether outer fields get the entropy fix.
+    waves : whether later stages need the waves, so that the fallback keeps them too.
+    """
+    model, riemann = parts.model, parts.riemann
+    states = face[:len(face) // 2]
+    found = ("jump", "waves", "speeds", "fastest", *(("bearing",) if parts.joint else ()))
+    problem = partial(riemann_problem, later=0.5) if waves and parts.joint else riemann_problem
+    result = [Stage(problem, face, found),
+              Stage(upwinding, here("speeds"), ("sides",), light=True),
+              Stage(fluctuations, (*states, *here("jump", "waves", "sides")), BOTH)]
+    if fixes:
+        result.append(Stage(entropy_viscosity, (*face, *here("speeds", *BOTH)), BOTH, guard=transonic))
+    if model.defines("relaxation") and not riemann.positive:
+        first = (*BOTH, "fastest")
+        every = (*first, "speeds", "waves") if waves else (*first, "speeds") if fixes else first
+        result.append(Stage(fall_back, (*face, *here(*every)), every if waves else first,
+                            guard=distrusted_or_fixed if fixes else distrusted))
+    return result
+
+
+def upwinding(parts, ratio, speeds):
+    """Return half the sign of every speed."""
+    return (half_signs(speeds),)
+
+
+def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
+    """Whether an outer field passes through zero speed in a rarefaction of this face."""
+    lowl, highl = wave_speeds(parts.model, ql, auxl)
+    lowr, highr = wave_speeds(parts.model, qr, auxr)
+    found = maximum((lowr - lowl) - np.abs(speeds[0]), (highr - highl) - np.abs(speeds[-1])) > 0.0
+    return found | (turning(parts.model, ql, qr, auxl, auxr) > np.abs(speeds[0])) if composite(parts.model) else found
+
+
+def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds, waves=None):
+    """Whether a face needs the fallback, perhaps after the entropy fix."""
+    return (distrusted(parts, ratio, ql, qr, auxl, auxr, left)
+            | transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right))
+
+
+def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
+    """Add 1/2 (eta_k - |s_k|) p_k of the outer fields, p_k the parts of the balanced difference (Harten's eta)."""
+    lowl, highl = wave_speeds(parts.model, ql, auxl)
+    lowr, highr = wave_speeds(parts.model, qr, auxr)
+    difference = parts.model.balanced_difference(ql, qr, auxl, auxr)
+    pieces, _ = parts.model.decompose(ql, qr, auxl, auxr, difference)
+    eta = harten(speeds[0], lowr - lowl)
+    if composite(parts.model):
+        eta = maximum(eta, turning(parts.model, ql, qr, auxl, auxr) - np.abs(speeds[0]))
+    extra = scale(0.5 * eta, pieces[0])
+    if len(speeds) > 1:
+        extra = combine(1.0, extra, 0.5 * harten(speeds[-1], highr - highl), pieces[-1])
+    left = subtract(left, extra)
+    return left, tuple([0.0 if k in parts.model.mass_rows() else item for k, item in enumerate(add(right, extra))])
+
+
+def composite(model):
+    """Whether one wave of the model may stand for fan and shock in one: a scalar law that is not convex."""
+    return len(model.conserved) == 1 and looks_between(model)
+
+
+def convexity(model, ql, qr, auxl, auxr):
+    """Return 1 where speeds between both sides of a face are within those of both sides, and less, down to 0, where they are not.
+
+    There a correction may sharpen a composite wave, fan and shock in one, into a shock that breaks the entropy condition. Where
+    the flow is smooth it is 1 - O(dx^2). Derived here.
+    """
+    excess, s1, s2 = beyond(model, ql, qr, auxl, auxr)
+    return maximum(1.0 - COMPOSITE * excess / (maximum(np.abs(s1), np.abs(s2)) + TINY), 0.0)
+
+
+def turning(model, ql, qr, auxl, auxr):
+    """Return the largest speed between both sides where speeds change their sign there and leave those of both sides, else 0."""
+    excess, s1, s2 = beyond(model, ql, qr, auxl, auxr)
+    return where((excess > 0.0) & (s1 < 0.0) & (s2 > 0.0), maximum(-s1, s2), 0.0)
+
+
+def beyond(model, ql, qr, auxl, auxr):
+    """Return by how much speeds between both sides leave those of both sides, 0 for rounding, and their bounds."""
+    low, high = end_speeds(model, ql, qr, auxl, auxr)
+    s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
+    slack = ROUNDING * maximum(np.abs(low), np.abs(high))
+    return maximum(maximum(low - s1, s2 - high) - slack, 0.0), s1, s2
+
+
+def harten(speed, width):
+    """Return eta - |s|: (s^2/w + w)/2 - |s| where |s| is below the width w of the rarefaction, else 0."""
+    size = np.abs(speed)
+    fixed = size < width
+    opening = where(fixed, width, 1.0)
+    return where(fixed, 0.5 * (size * size / opening + opening) - size, 0.0)
+
+
+def to_left(parts, ratio, left, *terms):
+    """Return all that enters the cell left of a face, and the mass fluxes through it."""
+    return (corrected(parts, left, 1.0, *terms),)
+
+
+def to_right(parts, ratio, right, *terms):
+    """Return all that enters the cell right of a face; of masses, what leaves the other one."""
+    return (corrected(parts, right, -1.0, *terms),)
+
+
+def corrected(parts, total, side, *terms):
+    """Add the correction on one side, take the cross term from both, and put the mass fluxes in the rows of masses."""
+    rows = parts.model.mass_rows()
+    carried = dict(zip(rows, terms[-1], strict=True)) if rows else {}
+    terms = terms[:-1] if rows else terms
+    result = []
+    for k, item in enumerate(total):
+        if k in rows:
+            item = side * carried[k]
+        elif terms:
+            item = item + side * terms[0][k]
+            item = item - terms[1][k] if len(terms) > 1 else item
+        result.append(item)
+    return tuple(result)

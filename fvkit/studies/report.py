@@ -1,0 +1,261 @@
+"""`Report`: error against time for many runs of one scene, as a table, files and pictures."""
+
+import csv
+import io
+import json
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from functools import partial
+from html import escape
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.files import write_whole
+from fvkit.studies.orders import observed
+from fvkit.studies.tables import ROUNDING, plain, table
+from fvkit.studies.work_precision import Row, WorkPrecision, time_to_reach, work_precision
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+#: Columns that name the scheme of a run; those that differ between the runs are shown per line.
+SETTINGS = ("scheme", "limiter", "order", "integrator", "options")
+
+
+class Profile(NamedTuple):
+    """Observables at the end of one run, over x."""
+
+    x: np.ndarray
+    observables: dict[str, np.ndarray]
+
+
+def environment(*packages: str) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return (machine, versions) for a report."""
+    machine = {"processor": _processor(), "cores": os.cpu_count(), "system": platform.platform()}
+    versions = {"python": platform.python_version()}
+    for name in packages:
+        try:
+            versions[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return machine, versions
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+@attrs.frozen(eq=False)
+class Report:
+    """What a comparison found.
+
+    Parameters
+    ----------
+    scene : name of the scene.
+    reference : {"kind": "exact" | "semi-exact" | "self-converged", "detail": sentence}.
+    rows : one dict per run; a run that failed is a row with its status.
+    machine, versions : where it was measured.
+    full_model : the model that the reference belongs to; errors of other models include a model error.
+    profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
+    bottom : (x, b) of the finest grid, None if flat.
+    remarks : what else the reference says of itself, {name: dict with a line of ``text``, or None}: lines of the table,
+        entries of report.json.
+    """
+
+    scene: str
+    reference: dict[str, str] = attrs.field(repr=lambda given: given["kind"])
+    rows: list[Row] = attrs.field(repr=lambda rows: f"<{len(rows)} runs>")
+    machine: dict[str, Any] = attrs.field(repr=False)
+    versions: dict[str, str] = attrs.field(repr=False)
+    full_model: str
+    profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
+    bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)
+    remarks: Mapping[str, Mapping[str, Any] | None] = attrs.field(factory=dict, repr=False)
+
+    def series(self) -> dict[str, list[Row]]:
+        """Rows that differ only in their number of cells, {label: rows}; the label names only what varies."""
+        result: dict[str, list[Row]] = {}
+        for row in self.rows:
+            words = [row["model"], row["riemann"], row["limiter"] if self._varies("limiter") else ""]
+            words += [f"order {row['order']}"] if self._varies("order", row) and row["integrator"] is None else []
+            words += [row["integrator"] or ""] if self._varies("integrator", row) else []
+            result.setdefault(" ".join(filter(None, [*words, row["options"] if self._varies("options") else ""])), []).append(row)
+        return result
+
+    def _varies(self, key: str, like: Row | None = None) -> bool:
+        """Whether rows differ in a column; only those with the scheme of ``like`` are looked at."""
+        return len({row[key] for row in self.rows if like is None or row["scheme"] == like["scheme"]}) > 1
+
+    def table(self) -> str:
+        """Return the report as text: a header, one line per run, notes and the verdict."""
+        observables = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
+        varied = [key for key in SETTINGS[1:] if self._varies(key)]
+        head = ["model", "riemann", *varied, "cells", "steps", "rej.", "ms", "ms min", "ns/cell"]
+        head += [text for name in observables for text in (f"L1 {name}", "ord.")] + ["mass drift", "status"]
+        body = [self._line(row, varied, observables) for row in self.rows]
+        fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in (*SETTINGS, "backend")
+                          if not self._varies(key) and self.rows[0][key])
+        text = [f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}", fixed, ""]
+        text.append(table([head, *body]))
+        others = sorted({row["model"] for row in self.rows} - {self.full_model})
+        text += ["", "L1 = integral of |error| over x, ord. = observed order; ms = median wall time of the stepping."]
+        if others:
+            text += [f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with the "
+                     "scheme's on top."]
+        reached = self.work_precision()
+        if reached is not None and reached.targets:
+            text += ["", reached.table(), "",
+                     "Time interpolated between runs; [fastest of the full model], < by the coarsest run, - never reached."]
+        text += [remark["text"] for remark in self.remarks.values() if remark is not None]
+        text += ["Verdict: " + self.verdict()]
+        return "\n".join(text)
+
+    def _line(self, row: Row, varied: list[str], observables: list[str]) -> list[str]:
+        name = row["model"] + ("" if row["model"] == self.full_model else "*")
+        line = [name, row["riemann"], *("-" if row[key] in (None, "") else str(row[key])
+                                       for key in (*varied, "cells", "steps", "rejected"))]
+        line += ["-" if row[key] is None else f"{factor * row[key]:.{digits}f}"
+                 for key, factor, digits in (("seconds", 1e3, 2), ("seconds_min", 1e3, 2), ("ns_per_cell_step", 1.0, 0))]
+        for observable in observables:
+            error, order = row["error"].get(observable), row["order_observed"].get(observable)
+            line += ["-" if error is None else f"{error:.2e}", "-" if order is None else f"{order:.2f}"]
+        drift = max((abs(value) for value in row["mass_drift"].values()), default=None)
+        return [*line, "-" if drift is None else f"{drift:.0e}", row["status"]]
+
+    def work_precision(self, observable: str | None = None, targets: Sequence[float] | None = None) -> WorkPrecision | None:
+        """Return the time that every series needs for given errors, interpolated in log-log.
+
+        Parameters
+        ----------
+        observable : whose L1 error; default: the first one that has an error.
+        targets : errors; default: the powers of ten within those of the runs.
+
+        Returns
+        -------
+        WorkPrecision
+            None where no run finished.
+        """
+        names = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
+        if not names:
+            return None
+        erring = [name for name in names if max(row["error"].get(name, 0.0) for row in self.rows) > ROUNDING]
+        chosen = (erring or names)[0] if observable is None else validation.choice(observable, "observable", names)
+        series = self.series()
+        full = [label for label, rows in series.items() if rows[0]["model"] == self.full_model]
+        return work_precision(series, chosen, full, targets)
+
+    def columns(self) -> list[str]:
+        """Names of the numeric columns, as in report.csv."""
+        flat = [_flat(row) for row in self.rows]
+        return list(dict.fromkeys(key for row in flat for key, value in row.items() if isinstance(value, (int, float))))
+
+    def figure(self, x: str = "seconds", y: str = "error.h") -> "Figure":
+        """Return a picture of any column over any other, one line per series.
+
+        Parameters
+        ----------
+        x, y : columns of report.csv, such as ``"steps"``, ``"ns_per_cell_step"``, ``"error_l2.h"``, ``"mass_drift.hs"``.
+
+        Raises
+        ------
+        ValueError
+            For an unknown column, with the list and the nearest match.
+        """
+        from fvkit.studies.report_pictures import any_columns
+
+        known = self.columns()
+        names = [validation.choice(name, axis, known) for axis, name in (("x", x), ("y", y))]
+        return any_columns(self, *names)
+
+    def flat_series(self) -> dict[str, list[Row]]:
+        """`series`, the rows with the columns of report.csv."""
+        return {label: [_flat(row) for row in rows] for label, rows in self.series().items()}
+
+    def verdict(self) -> str:
+        """Return one line: which solver of the full model is fastest at an error that all reach, and where others stop."""
+        full = {label: [row for row in rows if row["error"]] for label, rows in self.series().items()
+                if rows[0]["model"] == self.full_model}
+        full = {label: rows for label, rows in full.items() if rows}
+        if not full:
+            return "no run of the full model finished."
+        name = next(iter(next(iter(full.values()))[0]["error"]))
+        target = max(min(row["error"][name] for row in rows) for rows in full.values())
+        if target < ROUNDING:
+            return f"every finished solver of the full model keeps {name} to rounding ({target:.0e})."
+        times = {label: seconds for label, rows in full.items()
+                 if (seconds := time_to_reach(rows, name, target)) is not None}
+        best = min(times, key=lambda label: times[label])
+        slower = ", ".join(f"{label} x{times[label] / times[best]:.1f}" for label in sorted(times, key=lambda k: times[k])[1:])
+        text = f"at L1({name}) = {target:.1e}, {best} is fastest: {1e3 * times[best]:.1f} ms"
+        text += f" ({slower} the time)" if slower else ""
+        floors = {label: min(row["error"][name] for row in rows if row["error"]) for label, rows in self.series().items()
+                  if rows[0]["model"] != self.full_model and any(row["error"] for row in rows)}
+        above = [f"{label} stays at {floor:.1e}" for label, floor in floors.items() if floor > 1.05 * target]
+        reached = [f"{label} reaches it too" for label, floor in floors.items() if floor <= 1.05 * target]
+        return "; ".join([text, *above, *reached]) + "."
+
+    def plot(self) -> dict[str, "Figure"]:
+        """Return the three pictures, {name: figure}: error against time, error against cells, profiles."""
+        from fvkit.studies.report_pictures import PICTURES
+
+        return {name: draw(self) for name, draw in PICTURES.items()}
+
+    def save(self, folder: str | Path) -> Path:
+        """Write report.json, report.csv and the pictures into ``folder``, which is made if missing."""
+        target = Path(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        write_whole(target / "report.json", lambda file: file.write(self.to_json().encode()))
+        write_whole(target / "report.csv", lambda file: file.write(self.to_csv().encode()))
+        for name, figure in self.plot().items():
+            write_whole(target / f"{name}.png", partial(figure.savefig, format="png", dpi=130))
+        return target
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the table."""
+        return f"<pre>{escape(self.table())}</pre>"
+
+    def to_json(self) -> str:
+        """Return the report as JSON text; what is not a number is null."""
+        names = dict.fromkeys(name for row in self.rows for name in row["error"])
+        reached = {name: found.as_dict() for name in names if (found := self.work_precision(name)) is not None}
+        document = {"scene": self.scene, "reference": self.reference, "machine": self.machine, "versions": self.versions,
+                    "rows": self.rows, "verdict": self.verdict(), "work_precision": reached, **self.remarks}
+        return json.dumps(plain(document), indent=1, allow_nan=False)
+
+    def to_csv(self) -> str:
+        """Return the rows as CSV text, nested values as columns like ``error.h``."""
+        flat = [_flat(row) for row in self.rows]
+        columns = list(dict.fromkeys(key for row in flat for key in row))
+        buffer = io.StringIO()
+        writer = csv.DictWriter(buffer, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(flat)
+        return buffer.getvalue()
+
+
+def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:
+    """Return the observed order of each error between two rows of a series, None where there is none to speak of."""
+    if before is None or row["cells"] == before["cells"]:
+        return dict.fromkeys(row["error"])
+    errors = np.array([[before["error"].get(name, 0.0), error] for name, error in row["error"].items()]).reshape(-1, 2).T
+    orders = observed(errors, (before["cells"], row["cells"]))[0]
+    return {name: None if np.isnan(order) else float(order) for name, order in zip(row["error"], orders, strict=True)}
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in row.items():
+        result |= {f"{key}.{name}": item for name, item in value.items()} if isinstance(value, Mapping) else {key: value}
+    return result

@@ -1,0 +1,154 @@
+"""The three pictures of a report."""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+from fvkit.output.figures import COLORS, new_axes, plot_series, slope_guides, style
+from fvkit.studies.tables import ROUNDING
+
+
+class Compared(Protocol):
+    """What the pictures take of a report."""
+
+    @property
+    def scene(self) -> str: ...
+
+    @property
+    def reference(self) -> dict[str, str]: ...
+
+    @property
+    def rows(self) -> list[dict[str, Any]]: ...
+
+    @property
+    def full_model(self) -> str: ...
+
+    @property
+    def profiles(self) -> dict[str, Any]: ...
+
+    @property
+    def bottom(self) -> tuple[np.ndarray, np.ndarray] | None: ...
+
+    def series(self) -> dict[str, list[dict[str, Any]]]: ...
+
+    def flat_series(self) -> dict[str, list[dict[str, Any]]]: ...
+
+
+def _observables(report: Compared) -> list[str]:
+    """The first two observables whose errors are more than rounding, one panel each; else the first."""
+    largest: dict[str, float] = {}
+    for row in report.rows:
+        for name, error in row["error"].items():
+            largest[name] = max(error, largest.get(name, 0.0))
+    return [name for name, error in largest.items() if error > ROUNDING][:2] or list(largest)[:1]
+
+
+def _series(report: Compared, name: str) -> dict[str, list[dict[str, float]]]:
+    """Numbers to draw per series; an asterisk marks models other than the full one."""
+    result = {}
+    for label, rows in report.series().items():
+        mark = "" if rows[0]["model"] == report.full_model else "*"
+        result[label + mark] = [{"cells": row["cells"], "milliseconds": 1e3 * row["seconds"], "error": row["error"][name]}
+                                for row in rows if row["error"].get(name, 0.0) > 0.0]
+    return result
+
+
+def _note(report: Compared) -> str:
+    others = any(row["model"] != report.full_model for row in report.rows)
+    return f"scene {report.scene}, reference {report.reference['kind']}" + ("; * includes the model error" if others else "")
+
+
+def error_against_time(report: Compared) -> Figure:
+    """Error over wall time, cells written beside the markers."""
+    names = _observables(report)
+    figure, axes = new_axes(1, max(1, len(names)))
+    for ax, name in zip(axes, names, strict=False):
+        plot_series(ax, _series(report, name), "milliseconds", "error", note="cells")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set(xlabel="wall time of the stepping, ms", ylabel=f"L1 error of {name}", title=f"error of {name} against time")
+    _finish(figure, axes, report)
+    return figure
+
+
+def error_against_cells(report: Compared) -> Figure:
+    """Error over the number of cells, with guides of order 1 and 2."""
+    names = _observables(report)
+    figure, axes = new_axes(1, max(1, len(names)))
+    for ax, name in zip(axes, names, strict=False):
+        series = _series(report, name)
+        plot_series(ax, series, "cells", "error")
+        cells = sorted({row["cells"] for rows in series.values() for row in rows})
+        first = [row["error"] for rows in series.values() for row in rows if row["cells"] == cells[0]] if cells else []
+        orders = sorted({1, 2} | {row["order"] for row in report.rows})
+        slope_guides(ax, cells, 0.7 * min(first, default=0.0), orders)
+        ax.set(xlabel="cells", ylabel=f"L1 error of {name}", title=f"error of {name} against cells")
+        ax.set_xticks(cells, [f"{count:g}" for count in cells])
+        ax.minorticks_off()
+    _finish(figure, axes, report)
+    return figure
+
+
+def any_columns(report: Compared, x: str, y: str) -> Figure:
+    """Column ``y`` over column ``x``, one line per series; an axis is logarithmic where all its values are positive."""
+    figure, axes = new_axes()
+    ax, values = axes[0], []
+    for k, (label, rows) in enumerate(report.flat_series().items()):
+        points = [(row[x], row[y]) for row in rows if row.get(x) is not None and row.get(y) is not None]
+        values += points
+        mark = "" if rows[0]["model"] == report.full_model else "*"
+        ax.plot(*np.array(points).reshape(-1, 2).T, **style(k), markersize=5, linewidth=1.6, label=label + mark)
+    for scale, column in ((ax.set_xscale, 0), (ax.set_yscale, 1)):
+        if min((point[column] for point in values), default=0.0) > 0.0:
+            scale("log")
+    ax.set(xlabel=x, ylabel=y, title=f"{y} over {x}")
+    ax.grid(which="major", alpha=0.35)
+    _finish(figure, axes, report)
+    return figure
+
+
+def profiles(report: Compared) -> Figure:
+    """Observables at the end on the finest grids, the reference and the bottom."""
+    curves = {label: profile for label, profile in report.profiles.items() if label != "reference"}
+    names = list(dict.fromkeys(name for profile in report.profiles.values() for name in profile.observables))
+    if report.bottom is None:
+        names = [name for name in names if name != "surface"]
+    figure, axes = new_axes((len(names) + 1) // 2 or 1, 2, height=3.0)
+    for ax, name in zip(axes, names, strict=False):
+        if name == "surface" and report.bottom is not None:
+            x, b = report.bottom
+            ax.fill_between(x, b, min(0.0, float(b.min())), color="0.85", zorder=0, label="bottom")
+        reference = report.profiles.get("reference")
+        if reference is not None and name in reference.observables:
+            ax.plot(reference.x, reference.observables[name], color="0.7", linewidth=4.0, label="reference", zorder=1)
+        for k, (label, profile) in enumerate(curves.items()):
+            if name in profile.observables:
+                ax.plot(profile.x, profile.observables[name], color=COLORS[k % len(COLORS)], linewidth=1.2, label=label,
+                        linestyle=("-", "--", "-.", ":")[k % 4])
+        values = np.concatenate([profile.observables[name] for profile in report.profiles.values()
+                                 if name in profile.observables])
+        if np.ptp(values) < 1e-9:
+            ax.set_ylim(values.mean() - 0.5, values.mean() + 0.5)
+        ax.set(xlabel="x", ylabel=name)
+        ax.grid(alpha=0.3)
+    for ax in axes[len(names):]:
+        ax.set_visible(False)
+    _finish(figure, axes, report)
+    return figure
+
+
+def _finish(figure: Figure, axes: list, report: Compared) -> None:
+    figure.suptitle(_note(report), fontsize="medium")
+    handles = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    if handles:
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize="small", frameon=False)
+
+
+#: {file name without ending: function of the report}.
+PICTURES: dict[str, Callable[[Compared], Figure]] = {
+    "error_time": error_against_time, "error_cells": error_against_cells, "profiles": profiles,
+}

@@ -1,0 +1,86 @@
+"""`Keep`: which numbers of a solution a sweep keeps, by name."""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.output.solution import Solution
+
+#: Share of its largest value at the start above which an observable counts as arrived.
+ARRIVED = 1e-3
+
+
+def _front(solution: Solution, name: str, values: np.ndarray) -> float:
+    """Right edge of the last cell where the observable exceeds `ARRIVED` of its first maximum; NaN where there is none."""
+    there = np.flatnonzero(np.abs(values) > ARRIVED * np.abs(solution.observables(0)[name]).max())
+    return float(solution.grid.edges[there[-1] + 1]) if there.size else np.nan
+
+
+#: What an observable at the end is reduced to.
+REDUCTIONS: dict[str, Callable[[Solution, str, np.ndarray], float]] = {
+    "max": lambda solution, name, values: float(np.max(values)),
+    "min": lambda solution, name, values: float(np.min(values)),
+    "mean": lambda solution, name, values: float(np.mean(values)),
+    "front": _front,
+}
+
+#: What a sweep calls ``keep`` and `Keep` calls ``names``, as messages have it between backquotes.
+OUTPUTS = "names` of outputs to `keep"
+
+#: Statistics of a run that may be kept.
+STATS = ("steps", "rejected", "seconds", "max_cfl", "nonhyperbolic_faces", "repaired_cells")
+
+
+def _known(names: Iterable[str]) -> tuple[str, ...]:
+    given = (names,) if isinstance(names, str) else tuple(validation.listed(
+        names, OUTPUTS, "['max.h', 'steps']"))
+    for name in given:
+        if not isinstance(name, str):
+            raise TypeError(f"`{OUTPUTS}` must be texts, got {validation.shown(name)}")
+        if "." in name:
+            validation.choice(name.split(".")[0], f"{OUTPUTS}`: the reduction of `{name}", REDUCTIONS)
+    return given
+
+
+@attrs.frozen
+class Keep:
+    """A function of a solution that returns named numbers and arrays, all of the last output.
+
+    Parameters
+    ----------
+    names : ``"h"`` or any other observable: its cell values, with the cell centres as ``x``; ``"max.h"``, ``"min.h"``,
+        ``"mean.h"`` over the cells; ``"front.h"``: the right edge of the last cell where abs(h) exceeds 1/1000 of its
+        maximum at the start; ``"steps"`` and other statistics. Empty: every observable.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, with the list and the nearest match; for observables at the call, since they hang on the model.
+    """
+
+    names: tuple[str, ...] = attrs.field(default=(), converter=_known)
+
+    def check(self, observables: Iterable[str]) -> None:
+        """Raise where a name is not among these observables and the statistics."""
+        known = (*observables, *STATS)
+        for name in self.names:
+            validation.choice(name.rpartition(".")[2], f"output {name}", known)
+
+    def __call__(self, solution: Solution) -> dict[str, Any]:
+        seen: dict[str, np.ndarray] = solution.observables()
+        self.check(seen)
+        result: dict[str, Any] = {}
+        for name in self.names or seen:
+            reduction, _, observable = name.rpartition(".")
+            if name in STATS:
+                result[name] = getattr(solution.stats, name)
+                continue
+            values = seen[observable]
+            if reduction:
+                result[name] = REDUCTIONS[reduction](solution, observable, values)
+            else:
+                result |= {name: values, "x": solution.grid.centers}
+        return result

@@ -1,0 +1,290 @@
+"""`Hydrograph`: a discharge that enters, as a table says, to the last drop."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import BoundaryCondition, Grid, Model, maximum, minimum, validation, where
+from fvkit.pointwise import combine
+from fvkit.problem.boundary import Continued, Given, beyond
+from fvkit_granular.csv_table import read_columns
+from fvkit_granular.models.beyond_the_end import falling_share, mean_speed
+from fvkit_granular.models.quantities import critical_depth
+
+
+def _table(value: Any, field: Any) -> tuple[float, ...]:
+    return validation.row(value, field.name)
+
+
+def _depth(value: Any) -> tuple[float, ...] | None:
+    return None if value is None else validation.row(value, "depth")
+
+
+def _column(**settings: Any) -> Any:
+    return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)
+
+
+def check_tables(end: BoundaryCondition, times: tuple[float, ...], **tables: tuple[float, ...]) -> None:
+    """Raise where times do not ascend, or a table has neither one entry for each of them nor one for all."""
+    kind = type(end).__name__
+    if (np.diff(times) <= 0.0).any():
+        raise ValueError(f"`times` of a {kind} must ascend, got {list(times)}")
+    for name, values in tables.items():
+        if len(values) not in (1, len(times)):
+            raise ValueError(f"`{name}` of a {kind} must have one entry for each of the {len(times)} times, or one for all, "
+                             f"got {len(values)}")
+
+
+def at_time(t: float, times: tuple[float, ...], values: tuple[float, ...]) -> float:
+    """Return the value of a table at time t, linear between its entries."""
+    return values[0] if len(values) == 1 else float(np.interp(t, times, values))
+
+
+def of_flow(model: Any, asking: BoundaryCondition, h: float, phi: float) -> tuple[list[float], list[float]]:
+    """Return the masses of a flow, and its momenta at 1 m/s, in the rows of the model, 0 in the others.
+
+    Raises
+    ------
+    ValueError
+        For a model that does not know what a depth is, naming the boundary condition that asks.
+    """
+    if not (model.phases and all(hasattr(model, name) for name in ("conserved_from", "depth", "g", "dry"))):
+        raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, "
+                         f"got {type(model).__name__}")
+    rows = {momentum for _, momentum in model.phases}
+    state = model.conserved_from(h, phi, 1.0, 1.0).tolist()
+    return ([0.0 if row in rows else value for row, value in enumerate(state)],
+            [value if row in rows else 0.0 for row, value in enumerate(state)])
+
+
+@attrs.frozen
+class Hydrograph(Continued):
+    """A discharge that flows in, with its solid fraction, both given in time; linear between the entries.
+
+    What enters each mass is exactly phi(t) Q(t), (1 - phi(t)) Q(t): the flux through the end is set, not asked of the Riemann
+    solver. The depth of the ghost cells, which decides the momentum, is that of the first cell, but at least the critical depth
+    (Q^2/g)^(1/3), or ``depth`` where given. Solid and fluid enter with one velocity. Steps end at the entries, so that no
+    rise is stepped over.
+
+    Parameters
+    ----------
+    times : times of the entries, s, ascending; before the first and after the last the values stay.
+    discharge : discharge per width, m^2/s, >= 0 flows in at either end: one for each time, or one for all.
+    phi : solid fraction of what flows in, in [0, 1]: one for each time, or one for all.
+    depth : depth of what flows in, m, for an inflow faster than its waves: one for each time, or one for all; None for the rule
+        above.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+
+    Notes
+    -----
+    Onto dry ground, give the model ``dry``, m: its default is a share of the largest initial depth, which is then 0.
+    Fails to hold discharge and depth both where the flow at the end is faster than its waves, unless ``depth`` is given.
+    """
+
+    times: tuple[float, ...] = _column()
+    discharge: tuple[float, ...] = _column()
+    phi: tuple[float, ...] = _column()
+    depth: tuple[float, ...] | None = attrs.field(default=None, converter=_depth)
+    inward: float = attrs.field(default=1.0, init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        depth = self.depth or (np.inf,)
+        check_tables(self, self.times, discharge=self.discharge, phi=self.phi, depth=depth)
+        if min(self.discharge) < 0.0:
+            raise ValueError(f"`discharge` of a Hydrograph must be >= 0, which flows in, got {min(self.discharge):g}: "
+                             "what flows out is for fv.Outflow or gr.Stage")
+        if not 0.0 <= min(self.phi) <= max(self.phi) <= 1.0:
+            raise ValueError(f"`phi` of a Hydrograph must be in [0, 1], got {list(self.phi)}")
+        if min(depth) < 0.0 or ((np.array(depth) == 0.0) & (np.array(self.discharge) > 0.0)).any():
+            raise ValueError(f"`depth` of a Hydrograph must be > 0 where there is a discharge, >= 0 elsewhere, got {list(depth)}")
+
+    @classmethod
+    def read(cls, path: str | Path) -> "Hydrograph":
+        """Return the hydrograph of a CSV file with columns ``t [s]`` (or min, h), ``discharge [m2/s]``, ``phi [-]`` (or %) and,
+        if it likes, ``depth [m]``.
+
+        Raises
+        ------
+        ValueError
+            With file, line and column.
+        FileNotFoundError
+            Where there is no such file.
+        """
+        table = read_columns(path)
+        times = table.ascending("t", "time", "for a jump put two rows close together")
+        depth = table.column("depth", "length") if "depth" in table.values else None
+        columns: tuple[Any, ...] = times, table.column("discharge", "discharge"), table.column("phi", "share"), depth
+        return cls(*columns)
+
+    @property
+    def steady(self) -> bool:
+        return len(self.times) == 1 or len(self.discharge) == len(self.phi) == len(self.depth or (0.0,)) == 1
+
+    def breaks(self) -> tuple[float, ...]:
+        return () if self.steady else self.times
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
+        result = super().placed(left, model, grid, aux)
+        object.__setattr__(result, "inward", 1.0 if left else -1.0)
+        return result
+
+    def at(self, t: float) -> tuple[float, float]:
+        """Return discharge per width, m^2/s, and solid fraction at time t, s."""
+        return at_time(t, self.times, self.discharge), at_time(t, self.times, self.phi)
+
+    def values(self, model: Any, t: float) -> tuple[float, ...]:
+        discharge, phi = self.at(t)
+        masses, momenta = of_flow(model, self, 1.0, phi)
+        least = critical_depth(discharge, model.g) if self.depth is None else at_time(t, self.times, self.depth)
+        entering = discharge * self.inward
+        moving, fluxes = [entering * value for value in momenta], [entering * masses[row] for row in model.mass_rows()]
+        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes, *self.ground)
+
+    def ghost(self, model, q, values):
+        h, rows = maximum(values[0], values[1] * model.depth(q)), len(q)
+        flow = combine(h, values[2:2 + rows], 1.0, values[2 + rows:2 + 2 * rows])
+        return beyond(self, model, flow, values)
+
+    def mass_fluxes(self, model, values):
+        first = 2 + 2 * len(model.conserved)
+        return values[first:first + len(model.mass_rows())]
+
+
+def _level(value: Any) -> Any:
+    return value if callable(value) and not isinstance(value, type) else validation.row(value, "level")
+
+
+#: A flow that is less than ``LOWER`` times as deep as a lake gives no velocity to what pours in, and all of it 1/``STILL`` of the
+#: depth of the lake above that.
+LOWER, STILL = 0.8, 7.0
+
+
+@attrs.frozen
+class Stage(Continued):
+    """A lake or sea of given level at the end: the depth of the ghost cells is the level less the bottom there.
+
+    The flow passes in or out as the difference of levels has it. One that leaves faster than its waves does not feel it, unless
+    the lake is so much deeper that a jump runs in. A river that leaves or enters has the level at the face; into a flow less than
+    0.8 times as deep as the lake, or onto dry ground, it pours out of rest, as a dam breaks.
+
+    Parameters
+    ----------
+    level : height of the free surface, m, over the same datum as the bottom: a number, one for each of ``times``, linear between
+        them, or a function of time, s.
+    phi : solid fraction of what flows in, in [0, 1]: 0, clear water, by default. What flows out has its own.
+    times : times of the levels, s, ascending; before the first and after the last they stay.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+    """
+
+    level: Any = attrs.field(converter=_level)
+    phi: float = validation.number(0.0, at_least=0.0, at_most=1.0)
+    times: tuple[float, ...] = attrs.field(default=(0.0,), converter=lambda value: validation.row(value, "times"))
+    bottom: float = attrs.field(default=0.0, init=False, repr=False)
+    inward: float = attrs.field(default=1.0, init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        check_tables(self, self.times, level=(0.0,) if callable(self.level) else self.level)
+
+    @property
+    def steady(self) -> bool:
+        return not callable(self.level) and len(self.level) == 1
+
+    def breaks(self) -> tuple[float, ...]:
+        return () if self.steady or callable(self.level) else self.times
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Stage":
+        result = super().placed(left, model, grid, aux)
+        object.__setattr__(result, "bottom", float(aux["b"][0 if left else -1]) if "b" in aux else 0.0)
+        object.__setattr__(result, "inward", 1.0 if left else -1.0)
+        return result
+
+    def at(self, t: float) -> float:
+        """Return the level at time t, s."""
+        if callable(self.level):
+            return validation.real(self.level(t), f"level of a Stage at t = {t:g}")
+        return at_time(t, self.times, self.level)
+
+    def values(self, model: Model, t: float) -> tuple[float, ...]:
+        masses, momenta = of_flow(model, self, 1.0, self.phi)
+        slope, distance = self.ground or (0.0, 0.0)
+        return (self.at(t) - self.bottom, slope, 0.5 * distance, *masses, *momenta, *self.ground)
+
+    def ghost(self, model, q, values):
+        level, slope, rows, distance = values[0], values[1], len(q), values[len(values) - 1]
+        h, v = model.depth(q), mean_speed(model, q)
+        wet, out = h > model.dry, -self.inward * v
+        surface = level + falling_share(model, q, slope) * slope * (distance - values[2])
+        depth = maximum(surface - slope * distance, 0.0)
+        ratio = depth / where(wet, h, 1.0)
+        # A river enters with its velocity. Into a much lower flow a lake pours out of rest: it has no other head than its level.
+        enters = v * minimum(maximum(STILL * (h - LOWER * depth), 0.0), depth)
+        # The speed at which waves run in: that of a jump where the lake is deeper.
+        unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
+        flow = beyond(self, model, q, values)
+        has = model.depth(flow)
+        leaves, scale, result = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0)), q[:0]
+        for k in range(rows):
+            result = result + (where(leaves, scale * flow[k], depth * values[3 + k] + enters * values[3 + rows + k]),)
+        return result
+
+
+@attrs.frozen
+class UniformSlope(BoundaryCondition):
+    """The channel goes on at a slope, and the flow with it: uniform flow leaves unhindered where friction balances the slope.
+
+    The ghost cells have the state of the last cell, over a bottom that goes on falling. Water at rest is no equilibrium of this
+    end (it would flow off): `fvkit.Outflow` keeps it.
+
+    Parameters
+    ----------
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+    """
+
+    slope: float | None = validation.optional_number()
+
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
+        if "b" not in model.aux:
+            raise ValueError(f"UniformSlope needs a model with a bottom `b`, such as gr.TwoPhase, got {type(model).__name__}")
+        if self.slope is not None:
+            return self
+        if grid.num_cells < 2:
+            raise ValueError("UniformSlope needs two cells to see the slope of the bottom: give `slope`")
+        near, next_to_it = (aux["b"][0], aux["b"][1]) if left else (aux["b"][-1], aux["b"][-2])
+        return attrs.evolve(self, slope=float(next_to_it - near) / grid.dx)
+
+    def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        result = np.array(aux)
+        result[model.aux.index("b")] -= (self.slope or 0.0) * distance
+        return result
+
+    def ghost(self, model, q, values):
+        return q
+
+
+@attrs.frozen
+class GivenFlow(Given):
+    """A constant flow at the end, as `fvkit.Inflow`, but in terms that every model understands.
+
+    The Riemann solver lets in what travels inwards: of a subcritical flow only a part is imposed.
+
+    Parameters
+    ----------
+    h : depth, m, >= 0.
+    phi : solid fraction in [0, 1].
+    vs, vf : velocities of solid and fluid, m/s, positive to the right.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+    """
+
+    # Not annotated as floats: those are parameters of pointwise code, and here only `values`, plain Python, reads them.
+    h: Any = attrs.field(converter=validation.within(at_least=0.0, hint="depth in m"))  # type: ignore[misc]
+    phi: Any = attrs.field(converter=validation.within(at_least=0.0, at_most=1.0, hint="solid fraction"))  # type: ignore[misc]
+    vs: Any = attrs.field(default=0.0, converter=validation.within(hint="velocity in m/s"))  # type: ignore[misc]
+    vf: Any = attrs.field(default=0.0, converter=validation.within(hint="velocity in m/s"))  # type: ignore[misc]
+
+    def given(self, model, t):
+        if not callable(getattr(model, "conserved_from", None)):
+            raise ValueError(f"GivenFlow needs a model with h, phi, vs, vf; {type(model).__name__} has no `conserved_from`")
+        return tuple(float(value) for value in model.conserved_from(self.h, self.phi, self.vs, self.vf))

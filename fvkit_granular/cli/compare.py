@@ -1,0 +1,104 @@
+"""``fvkit compare``: models and schemes on one scene, error against time."""
+
+import argparse
+from functools import partial
+from typing import Any
+
+from fvkit import validation
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.files import remove, usable_folder, write_whole
+from fvkit.schemes.registry import LIMITERS
+from fvkit.studies.report_pictures import PICTURES
+from fvkit_granular.cli.options import (
+    WAVES,
+    add_scheme_options,
+    common_options,
+    methods_of,
+    pick,
+    results_folder,
+    schemes_of,
+    teller,
+)
+from fvkit_granular.models.registry import COMPARED, MODELS, RIEMANN
+from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.studies.compare import compare, compared
+
+#: What may stand on an axis of --plot-axes: columns of report.csv, of which some go on with a dot and a quantity.
+AXES = ("order", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max",
+        "order_observed", "mass_drift")
+
+
+#: Those that have a value for each quantity of the model.
+BY_QUANTITY = ("error", "error_l2", "error_max", "order_observed")
+
+
+def register(commands: Any) -> None:
+    """Add the command to the parser of ``fvkit``."""
+    study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
+                        "fvkit compare riemann --cells 100 200 400\n"
+                        "  fvkit compare simple-wave --method wave-propagation method-of-lines --reconstruction mp5 weno5\n"
+                        "  fvkit compare riemann --seconds 2 --plot-axes steps error.phi")
+    study.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
+    study.add_argument("--models", nargs="+", default=list(COMPARED), metavar="M",
+                       help=f"any of {', '.join(MODELS)} (default: {' '.join(COMPARED)})")
+    add_scheme_options(study, several=True)
+    study.add_argument("--cells", nargs="+", type=int, default=[100, 200, 400, 800], metavar="N",
+                       help="numbers of cells (default 100 200 400 800)")
+    study.add_argument("--repeats", type=int, default=3, help="timed repeats of each run (default 3)")
+    study.add_argument("--seconds", type=float, metavar="S",
+                       help="wall time that one run may take: slower ones stop, or are left out (default: no limit)")
+    study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
+                       help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
+    common_options(study, "fvkit-compare-SCENE")
+
+
+def _compare(options: argparse.Namespace) -> int:
+    chosen = find_scene(options.scene)
+    models = pick(options.models, "--models", MODELS)
+    for name in (name for pair in options.plot_axes for name in pair):
+        validation.choice(name.partition(".")[0], "--plot-axes", AXES)
+        validation.choice(name, "--plot-axes", _columns(chosen, models))
+    pictures = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
+    folder = usable_folder(results_folder(options, "compare", scene_label(options.scene)), "--out",
+                           ("report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *pictures))
+    tell = teller()
+    report, stopped = done_so_far(partial(compare, chosen, models, cells=options.cells, repeats=options.repeats,
+                                          backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
+    if tell is not None:
+        tell("")
+    report.save(folder)
+    for x, y in () if stopped else options.plot_axes:
+        write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
+    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=() if stopped else pictures)
+    table = report.table().splitlines()
+    print("\n".join(table[:-1]))
+    print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
+    print(table[-1])
+    finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
+    return INTERRUPTED if stopped else SUCCESS if finished else FAILED
+
+
+def _columns(scene: Scene, models: list[Any]) -> list[str]:
+    """Names that columns of report.csv will have: those of `AXES`, by quantity where there are several."""
+    result = dict.fromkeys(name for name in AXES if name not in BY_QUANTITY and name != "mass_drift")
+    for problem in (scene.problem(model, 10) for model in models):
+        names = compared(problem.model.observables(problem.q0, problem.aux_averages))
+        result |= dict.fromkeys(f"{column}.{name}" for column in BY_QUANTITY for name in names)
+        result |= dict.fromkeys(f"mass_drift.{problem.model.conserved[row]}" for row in problem.model.mass_rows())
+    return list(result)
+
+
+def _drawn_over(name: str) -> bool:
+    """Whether a picture has a name that --plot-axes gives."""
+    return all(axis.partition(".")[0] in AXES for axis in name.split("-over-"))
+
+
+def _schemes(options: argparse.Namespace) -> dict[str, Any]:
+    """The schemes of a comparison; those of wave propagation alone are left to `compare`, which chooses per model."""
+    if methods_of(options) != [WAVES]:
+        return {"schemes": schemes_of(options)}
+    riemann = None if options.riemann is None else [kind() for kind in pick(options.riemann, "--riemann", RIEMANN)]
+    limiters = [kind() for kind in pick(options.limiter or ["mc"], "--limiter", LIMITERS)]
+    return {"riemann": riemann, "limiter": limiters, "order": options.order or [2],
+            "cfl": 0.9 if options.cfl is None else options.cfl}

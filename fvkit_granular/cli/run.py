@@ -1,0 +1,184 @@
+"""``fvkit run``: one scene with one model and solver."""
+
+import argparse
+import json
+import sys
+import warnings
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fvkit import Checkpoint, Solution, Status, StopAtRest, resume, solve, validation
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
+from fvkit.files import remove, usable_folder, write_whole
+from fvkit.output.configuration import build
+from fvkit.output.figures import new_axes
+from fvkit.output.plots import KINDS, checked_film, space_time
+from fvkit.pointwise.part import public_name
+from fvkit.studies.scheme_names import settings
+from fvkit_granular.cli.options import add_scheme_options, common_options, pick, results_folder, scheme_of
+from fvkit_granular.models.registry import MODELS
+from fvkit_granular.plots import slip
+from fvkit_granular.scenes.reference import Reference
+from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest
+from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.studies.compare import deviations
+
+#: Key of the configuration that says which files a run wrote beside its solution.
+FILES = "files"
+
+#: Outputs of a film.
+FRAMES = 60
+
+
+def register(commands: Any) -> None:
+    """Add the command to the parser of ``fvkit``."""
+    run = add_command(commands, "run", _run, "run one scene with one model and solver",
+                      "fvkit run riemann --cells 800 --out result\n  fvkit run simple-wave --reconstruction mp5 --integrator dp5")
+    run.add_argument("scene", metavar="SCENE", nargs="?", help=SCENE_HELP)
+    run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
+    add_scheme_options(run, several=False)
+    run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
+    run.add_argument("--checkpoint", type=Path, metavar="FILE", help="file (.npz) to continue from, should the run be stopped")
+    run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
+    run.add_argument("--resume", type=Path, metavar="FILE", help="continue the run of a checkpoint, instead of a SCENE")
+    run.add_argument("--dt", type=float, metavar="S", help="length of every step, s (default: what the Courant number allows)")
+    run.add_argument("--dt-max", type=float, metavar="S", help="longest step, s")
+    run.add_argument("--dt-initial", type=float, metavar="S", help="longest first step, s")
+    run.add_argument("--stop-at-rest", type=float, metavar="SPEED",
+                     help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
+    run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
+                     help=f"more pictures, KIND.png: any of {', '.join(KINDS)}, slip, of the end, and space-time, of the depth")
+    run.add_argument("--animate", metavar="NAME", help="a film of 60 outputs in the folder: NAME.gif, or NAME.mp4 with ffmpeg")
+    common_options(run, "fvkit-run-SCENE")
+
+
+def _run(options: argparse.Namespace) -> int:
+    if (options.scene is None) == (options.resume is None):
+        raise ValueError("fvkit run takes a SCENE, or --resume FILE: give one of them (see fvkit run --help)")
+    if options.every is not None and options.checkpoint is None:
+        raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
+    for kind in options.plot:
+        validation.choice(kind, "--plot", (*KINDS, "slip", "space-time"))
+    folder = results_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene))
+    usable_folder(folder, "--out", _written(options))
+    if options.animate is not None:
+        usable_folder((folder / checked_film(options.animate)).parent, "--animate")
+    if options.checkpoint is not None:
+        usable_folder(options.checkpoint.parent, "--checkpoint")
+    if options.resume is not None:
+        for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
+            if getattr(options, name) is not None:
+                raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
+        solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
+        return _show(options.resume.stem, solution, None, options)
+    chosen = find_scene(options.scene)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
+        problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
+    scheme = scheme_of(options)
+    many = options.animate is not None or "space-time" in options.plot
+    times = _film_times(problem.t_end, chosen.times) if many else chosen.times
+    checkpoint = None if options.checkpoint is None else \
+        Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
+    stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
+    solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False,
+                     checkpoint=checkpoint, stop=stop, dt=options.dt, dt_max=options.dt_max, dt_initial=options.dt_initial)
+    reference = chosen.known_reference() if solution.status is Status.FINISHED else None
+    kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
+        if checkpoint is not None and checkpoint.path.exists() else ""
+    try:
+        code = _show(scene_label(options.scene), solution, reference, options)
+    except OSError as error:
+        error.add_note(f"the run: {solution.message}")
+        error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
+        raise
+    if kept:
+        print(f"  {kept}")
+    return code
+
+
+def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:
+    """Output times of a film, those of the scene among them, none twice by rounding."""
+    wanted, even = np.array(asked or (t_end,)), np.linspace(0.0, t_end, FRAMES + 1)[1:]
+    near = np.isclose(even[:, None], wanted, rtol=0.0, atol=1e-9 * t_end).any(axis=1)
+    return tuple(np.union1d(even[~near], wanted).tolist())
+
+
+def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
+    """Write the files of a run, print what is to be said, and return the exit code."""
+    folder = results_folder(options, "run", name)
+    folder.mkdir(parents=True, exist_ok=True)
+    earlier, written = _earlier(folder), _written(options)
+    solution.configuration[FILES] = written
+    solution.save(folder / written[0])
+    for picture, kind in ({"profile": "state"} | {kind: kind for kind in options.plot}).items():
+        _draw(solution, kind, folder / f"{picture}.png")
+    if options.animate is not None:
+        film = folder / checked_film(options.animate)
+        film.parent.mkdir(parents=True, exist_ok=True)
+        solution.animate(film, "profile")
+    remove(folder, earlier, but=written)
+    stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
+    named = settings(build(solution.configuration["scheme"]))
+    print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
+                     stats.backend]))
+    print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {t_end:g} s")
+    print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
+          f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
+    print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
+          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}"
+          + (f", {stats.nonhyperbolic_films} of them in films below 5 cm, the deepest {stats.deepest_nonhyperbolic:.3g} m"
+             if stats.nonhyperbolic_faces else ""))
+    slope = _slope(solution)
+    if slope > 0.0:
+        print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
+    if reference is not None:
+        found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
+        errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
+        print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
+    print(f"  written to {folder}/: {', '.join(written)}")
+    return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+
+
+def _slope(solution: Solution) -> float:
+    """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
+    h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
+    return steepest(solution.aux["b"], solution.grid.dx, deep(h).any(axis=0))
+def _written(options: argparse.Namespace) -> list[str]:
+    """Names of the files that ``fvkit run`` writes, the solution first."""
+    films = [] if options.animate is None else [options.animate]
+    return ["solution.npz", *dict.fromkeys(f"{picture}.png" for picture in ("profile", *options.plot)), *films]
+
+
+def _earlier(folder: Path) -> list[str]:
+    """Names of the pictures that an earlier ``fvkit run`` wrote into its folder, as its solution says; none outside."""
+    try:
+        with np.load(folder / "solution.npz", allow_pickle=False) as kept:
+            names = list(json.loads(str(kept["configuration"]))[FILES])
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+        return []
+    return [name for name in names if isinstance(name, str) and Path(name).suffix in (".png", ".gif", ".mp4")
+            and (folder / name).resolve().is_relative_to(folder.resolve())]
+
+
+def _draw(solution: Solution, kind: str, path: Path) -> None:
+    """Write one picture of the end."""
+    figure, axes = new_axes(width=8.0, height=4.5)
+    if kind == "slip":
+        slip(solution, axes[0])
+    elif kind == "space-time":
+        space_time(solution, axes[0])
+    else:
+        solution.plot(axes[0], kind=kind)
+    write_whole(path, lambda file: figure.savefig(file, format="png", dpi=130))
+
+
+def _method(named: Mapping[str, Any]) -> list[str]:
+    """A few words on the method of a run."""
+    return [named["limiter"], named["integrator"]] if named["integrator"] else [f"order {named['order']}"]
+
+

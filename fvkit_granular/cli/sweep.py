@@ -1,0 +1,165 @@
+"""``fvkit sweep``: a sweep over a scene, written down in a TOML file."""
+
+import argparse
+import sys
+import tomllib
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fvkit import Keep, Samples, Scheme, sweep, validation
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.files import remove, usable_folder
+from fvkit.sweeps import SweepResult
+from fvkit_granular.cli.options import scheme_of
+from fvkit_granular.models.registry import MODELS
+from fvkit_granular.scenes.toml.read import SUFFIX
+from fvkit_granular.scenes.toml.table import toml_text
+from fvkit_granular.studies.scene_run import SceneRun
+
+#: Keys of a file; those without a default must be there.
+DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": 400, "scheme": {}, "samples": "latin-hypercube", "members": 100,
+                            "seed": 0, "outputs": ["max.h", "front.h"], "backend": "auto"}
+REQUIRED = ("scene", "parameters")
+
+#: Kinds of samples.
+KINDS = ("latin-hypercube", "grid", "given")
+
+#: Keys of the table ``scheme``.
+SCHEME = ("method", "riemann", "limiter", "order", "reconstruction", "integrator", "cfl")
+
+
+def register(commands: Any) -> None:
+    """Add the command."""
+    parser = add_command(commands, "sweep", _sweep, "run a scene with many values of its parameters, as a TOML file says",
+                         "fvkit sweep drag.toml --workers 4\n\ndrag.toml:\n" + EXAMPLE)
+    parser.add_argument("file", metavar="FILE", type=Path, help="the TOML file")
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one per processor); with --dask the "
+                        "cluster decides")
+    parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler has this address")
+    parser.add_argument("--out", type=Path,
+                        help="folder for the results, where a stopped sweep goes on (default fvkit-sweep-FILE)")
+
+
+EXAMPLE = """  scene = "debris-slope"
+  members = 200
+  outputs = ["max.h", "mean.phi"]
+  [parameters]
+  gamma = [0.3, 0.6]
+  "sources.v_T" = [0.1, 10.0, "log"]"""
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    run, keep, samples = read(options.file)
+    folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
+    usable_folder(folder, "--out", ("sweep.csv", "sweep.nc"))
+    if options.workers is not None:
+        validation.whole(options.workers, "--workers", at_least=1)
+    with _executor(options.dask) as executor:
+        result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
+                                              folder=folder / "members", progress=sys.stderr.isatty()))
+    written = ["members/", result.save(folder / "sweep.csv").name, *_netcdf(result, folder)]
+    remove(folder, ("sweep.nc",), but=written)
+    count = int(result.finished.sum())
+    print(f"{options.file.name}: {count} of {len(samples)} members finished, {result.elapsed:.3g} s")
+    for name, values in result.table.items():
+        if name in result.outputs and count:
+            done = values[result.finished]
+            print(f"  {name}: {done.min():.6g} to {done.max():.6g}, mean {done.mean():.6g}")
+    for status in sorted(set(result.status[~result.finished])):
+        first = int((result.status == status).argmax())
+        print(f"  {status}: {int((result.status == status).sum())} members, the first is {first}: {result.message[first]}")
+    print(f"  written to {folder}/: {', '.join(written)}")
+    return INTERRUPTED if stopped else SUCCESS if result.success else FAILED
+
+
+def _netcdf(result: SweepResult, folder: Path) -> list[str]:
+    """Write sweep.nc where the extra is installed; say so where not."""
+    try:
+        return [result.save(folder / "sweep.nc").name]
+    except (ImportError, ValueError) as error:
+        print(f"  no sweep.nc: {error}")
+        return []
+
+
+@contextmanager
+def _executor(address: str | None) -> Iterator[Executor | None]:
+    """The executor of a Dask cluster; None, for processes, without an address."""
+    if address is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ValueError("--dask needs Dask: pip install fvkit[cluster]") from None
+    with Client(address, timeout="10s", set_as_default=False) as client:  # nothing of the process changes
+        yield client.get_executor()
+
+
+def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
+    """Return what a file says: run, outputs and samples, checked on the first member.
+
+    Raises
+    ------
+    ValueError
+        For a mistake in the file: one sentence.
+    """
+    text = toml_text(path)
+    try:
+        given = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(f"{path.name} is nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"{path.name} is not TOML: {error}") from None
+    try:
+        return _plan(given, path)
+    except (ValueError, TypeError, OSError, OverflowError, RecursionError) as error:
+        raise ValueError(f"{path.name}: {error}") from None
+
+
+def _plan(given: Mapping[str, Any], path: Path) -> tuple[SceneRun, Keep, Samples]:
+    """Return what the data of a file says, checked."""
+    for key in given:
+        validation.choice(key, "key", (*REQUIRED, *DEFAULTS))
+    for key in REQUIRED:
+        if key not in given:
+            raise ValueError(f"the key `{key}` is missing")
+    plan = {**DEFAULTS, **given}
+    model = MODELS[validation.choice(plan["model"], "model", MODELS)]
+    run = SceneRun(_scene(plan["scene"], path.parent), model, _scheme(plan["scheme"]), plan["cells"], backend=plan["backend"])
+    samples, keep = _samples(plan), Keep(plan["outputs"])
+    problem, _ = run.setup(samples[0])
+    keep.check(problem.model.observables(problem.q0, problem.aux_averages))
+    return run, keep, samples
+
+
+def _scene(given: Any, folder: Path) -> Any:
+    """The name of a built-in scene, or the path of a scene file, which a sweep names relative to its own folder."""
+    return str(folder / given) if isinstance(given, str) and given.endswith(SUFFIX) else given
+
+
+def _samples(plan: Mapping[str, Any]) -> Samples:
+    kind, parameters = validation.choice(plan["samples"], "samples", KINDS), _flat(plan["parameters"])
+    if kind == "latin-hypercube":
+        return Samples.latin_hypercube(parameters, plan["members"], plan["seed"])
+    return Samples.grid(parameters) if kind == "grid" else Samples.given(parameters)
+
+
+def _flat(parameters: Any, prefix: str = "") -> dict[str, Any]:
+    """Parameters with dotted names, which TOML reads as nested tables where they are not in quotes."""
+    validation.mapping(parameters, "parameters", "{gamma = [0.3, 0.6]}")
+    result: dict[str, Any] = {}
+    for name, value in parameters.items():
+        result |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+    return result
+
+
+def _scheme(given: Any) -> Scheme | None:
+    if not isinstance(given, dict):
+        raise ValueError(f"`scheme` must be a table with any of {', '.join(SCHEME)}, got {given!r}")
+    for key in given:
+        validation.choice(key, "key of scheme", SCHEME)
+    return scheme_of(argparse.Namespace(**{key: given.get(key) for key in SCHEME})) if given else None

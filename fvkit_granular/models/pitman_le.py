@@ -1,0 +1,127 @@
+"""The two-phase model with the fluid momentum of Pitman and Le."""
+
+import attrs
+import numpy as np
+
+from fvkit import maximum, minimum, where
+from fvkit_granular.models.pressure_coupled import ROUNDING
+from fvkit_granular.models.spectrum import couplings, discriminant
+from fvkit_granular.models.two_masses import TwoMasses, layer_sound, moving, pressure_cross, pressure_rows, primitive
+from fvkit_granular.models.two_phase import mixture_difference, mixture_flux, mixture_lift, mixture_push
+from fvkit_granular.models.wet_dry import TINY
+
+
+@attrs.frozen
+class PitmanLe(TwoMasses):
+    """Solid and fluid as in `TwoPhase`, q = (hs, hs vs, hf, hf vf), with the fluid momentum of Pitman and Le.
+
+    Their fluid equation, (h vf)_t + (h vf^2)_x + g/2 (h^2)_x = -g h b_x, times 1 - phi, is that of `TwoPhase` with one term
+    more on its left::
+
+        (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x - (1-phi) vf (hs (vs - vf))_x = -g hf b_x.
+
+    Parameters
+    ----------
+    g : gravity, m/s^2, positive.
+    gamma : density ratio fluid/solid in (0, 1).
+    dry : depth of a phase, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
+        initial depth, at least 1e-30 m.
+
+    Notes
+    -----
+    The path of the jump is the segment in (hs, hf, k, S), k = (1-phi) vf, S = hs (vs - vf): on it the new product is
+    -(kl + kr)/2 dS exactly, and the others are those of `TwoPhase`. It vanishes at rest and where vs = vf, so there both
+    models agree. An absent fluid is taken to move with the solid, S = 0.
+
+    The term depends on vf itself, not on the slip: the model is not invariant under a change of frame, and keeps the
+    momentum of the mixture only where TwoPhase's equations hold; smooth flows over a flat bottom keep h vf instead. At
+    vs = vf = v its speeds are v -/+ a and v + phi v/2 -/+ sqrt((phi v)^2/4 + a^2 beta^2): the inner pair can meet an outer
+    one, so that real speeds are lost by little slip in fast flows, |phi v| near a (1 - beta^2).
+
+    Real speeds lie between min(vs, vf - u-) - a and max(vs, vf + u+) + a, u-/+ = phi max(-/+ vf - a, 0): outside, w = l - vf,
+    ((l-vs)^2 - css) (w^2 - phi vf w - cff) - csf (cff - (1-phi) vf w) is positive. Where |vf| <= a these are the bounds of
+    `TwoPhase`. There is no Roe decomposition: HLL, Rusanov and Relaxation serve it.
+
+    Source: equation (2.2d) and (3.3) of Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, after Pitman and Le (2005);
+    path, matrix, bounds and cross term derived here.
+    """
+
+    def flux(self, q):
+        return mixture_flux(self.layers(q), self.g, self.gamma)
+
+    def wave_speeds(self, q):
+        hs, vs, hf, vf = self.layers(q)
+        a = np.sqrt(self.g) * np.sqrt(hs + hf)
+        vs, vf = moving(hs, vs, hf, vf)
+        back, forth = outrun((hs, vs, hf, vf), a)
+        return minimum(vs, vf - back) - a, maximum(vs, vf + forth) + a
+
+    def sound(self, left, right, bl, br):
+        al, ar = layer_sound(left, right, bl, br, self.g)
+        (backl, _), (_, forthr) = outrun(left, al), outrun(right, ar)
+        return al + backl, ar + forthr
+
+    def push(self, left, right, bl, br):
+        solid, fluid = mixture_push(left, right, bl, br, self.g, self.gamma)
+        (kl, sl), (kr, sr) = slipping(left), slipping(right)
+        return solid, fluid - 0.5 * (kl + kr) * (sr - sl)
+
+    def couplings(self, hs, hf):
+        return couplings(hs, hf, self.g, self.gamma)
+
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        return mixture_difference(ql, qr, auxl, auxr)
+
+    def lift(self, here, aux):
+        return mixture_lift(here, aux)
+
+    def at_state(self, state, v):
+        hs, _, hf, vf = state
+        first, second, third, fourth = pressure_rows(state, v, self.couplings(hs, hf))
+        share = 1.0 / (hs + hf + TINY)
+        return first, second, third, fourth - vf * share * (hf * (v[1] - vf * v[0]) - hs * (v[3] - vf * v[2]))
+
+    def cross(self, ql, qr, auxl, auxr):
+        zero, solid, _, fluid = pressure_cross(ql, qr, auxl, auxr, self.g, self.gamma)
+        first, second, third, fourth = self.jump(ql, qr, auxl, auxr)
+        (kl, sl), (kr, sr) = slipping(self.layers(ql)), slipping(self.layers(qr))
+        hs, _, hf, vf = self.roe_mean(ql, qr)
+        k_rate = (fourth - 0.5 * (kl + kr) * (first + third)) / (hs + hf + TINY)
+        s_rate = second - vf * first - hs * ((fourth - vf * third) / (hf + TINY))
+        return zero, solid, zero, fluid + ((kr - kl) * s_rate - k_rate * (sr - sl))
+
+    def hyperbolic_discriminant(self, ql, qr):
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
+        css, cff, csf, _ = self.couplings(hs, hf)
+        h = hs + hf + TINY
+        excess, rest = vf * (hs / h), vf * (hf / h)
+        d = 0.25 * (2.0 * (vs - vf) - excess)
+        e = vf - vs + d
+        solid, fluid = d * d - css, e * e + excess * e - cff
+        return discriminant(solid + fluid - 4.0 * d * d, 2.0 * d * (solid - fluid) + csf * rest,
+                            solid * fluid - csf * (cff + rest * e), self.g * h) + ROUNDING
+
+    def eigenvalues(self, q: np.ndarray) -> np.ndarray:
+        """Return the characteristic speeds (4, n), complex, sorted by real part; both phases present. By LAPACK."""
+        return np.sort_complex(np.linalg.eigvals(np.moveaxis(self.matrix(q), -1, 0))).T.astype(complex)
+
+    def margin(self, q: np.ndarray) -> np.ndarray:
+        """Return the square of half the smallest distance of neighbouring speeds over a^2 = g h, (n,).
+
+        Negative where a pair is complex.
+        """
+        hs, _, hf, _ = primitive(q)
+        return np.min((np.diff(self.eigenvalues(q), axis=0) ** 2).real, axis=0) / (4.0 * self.g * (hs + hf))
+
+
+def outrun(layers, a):
+    """Return how far waves may outrun vf - a and vf + a, m/s: phi (|vf| - a) against or along a fast flow, else 0."""
+    hs, _, hf, vf = layers
+    share = hs / (hs + hf + TINY)
+    return share * maximum(-vf - a, 0.0), share * maximum(vf - a, 0.0)
+
+
+def slipping(layers):
+    """Return k = (1 - phi) vf and S = hs (vs - vf), 0 where the fluid is absent."""
+    hs, vs, hf, vf = layers
+    return hf * vf / (hs + hf + TINY), where(hf > 0.0, hs * (vs - vf), 0.0)

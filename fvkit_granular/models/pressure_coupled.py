@@ -1,0 +1,88 @@
+"""`PressureCoupled`: two masses that act on each other by pressure alone, and their Roe linearisation."""
+
+from abc import ABC
+
+import attrs
+import numpy as np
+
+from fvkit import where
+from fvkit_granular.models.spectrum import quartic_discriminant, shifted_roots
+from fvkit_granular.models.two_masses import TwoMasses, pressure_cross, pressure_rows, primitive
+from fvkit_granular.models.wet_dry import threshold
+
+#: The inner pair counts as distinct above this share of g h; below it travels as one, at its mean speed.
+DISTINCT = 1e-8
+
+#: Rounding allowance of the discriminant, whose scale is 1, before a face counts as having lost hyperbolicity.
+ROUNDING = 1e-12
+
+
+@attrs.frozen
+class PressureCoupled(TwoMasses, ABC):
+    """Abstract model whose quasi-linear matrix is that of (3.6) with the entries of ``couplings``. Contract:
+
+    ``flux``, ``push``, ``couplings`` and ``balanced_difference`` define the model; ``push`` is consistent with A^, the
+    matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Decomposition, cross term and
+    spectrum follow.
+    """
+
+    def decompose(self, ql, qr, auxl, auxr, jump):
+        hs, vs, hf, vf = self.linearised(ql, qr)
+        coupled = self.couplings(hs, hf)
+        css, cff, csf, _ = coupled
+        a2 = self.g * (hs + hf)
+        u1, u4, mu, disc = shifted_roots(coupled, vs, vf, a2, 1)
+        distinct = disc > DISTINCT * a2
+        half_gap = np.sqrt(where(distinct, disc, a2))
+        middle, d = 0.5 * (vs + vf), 0.5 * (vs - vf)
+        u3 = mu + half_gap
+        l1, l4 = middle + u1, middle + u4
+        l2, l3 = where(distinct, middle + (mu - half_gap), middle + mu), where(distinct, middle + u3, middle + mu)
+        f1, f2, f3, f4 = jump
+        x0, y0 = f2 - 2.0 * vs * f1, f4 - 2.0 * vf * f3
+        e1, e4 = (u1 - u4) * ((u1 - mu) * (u1 - mu) - disc), (u4 - u1) * ((u4 - mu) * (u4 - mu) - disc)
+        e3 = where(distinct, 2.0 * (u3 - u1) * (u3 - u4) * half_gap, a2)
+        every = 1.0 / (e1 * e3 * e4)
+        s1, t1 = project(every * (e3 * e4), u1, d, l1, f1, f3, x0, y0, css, cff, csf)
+        s4, t4 = project(every * (e1 * e3), u4, d, l4, f1, f3, x0, y0, css, cff, csf)
+        s3, t3 = project(every * (e1 * e4), u3, d, l3, f1, f3, x0, y0, css, cff, csf)
+        rest = (f1 - s1 - s4, f2 - l1 * s1 - l4 * s4, f3 - t1 - t4, f4 - l1 * t1 - l4 * t4)
+        z3 = (where(distinct, s3, 0.5 * rest[0]), where(distinct, l3 * s3, 0.5 * rest[1]),
+              where(distinct, t3, 0.5 * rest[2]), where(distinct, l3 * t3, 0.5 * rest[3]))
+        z2 = (rest[0] - z3[0], rest[1] - z3[1], rest[2] - z3[2], rest[3] - z3[3])
+        return ((s1, l1 * s1, t1, l1 * t1), z2, z3, (s4, l4 * s4, t4, l4 * t4)), (l1, l2, l3, l4)
+
+    def at_state(self, state, v):
+        return pressure_rows(state, v, self.couplings(state[0], state[2]))
+
+    def cross(self, ql, qr, auxl, auxr):
+        return pressure_cross(ql, qr, auxl, auxr, self.g, self.gamma)
+
+    def hyperbolic_discriminant(self, ql, qr):
+        hs, vs, hf, vf = self.roe_mean(ql, qr)
+        both = (hs > 0.0) & (hf > 0.0) & (hs + hf > threshold(self.dry))
+        found = quartic_discriminant(self.couplings(hs, hf), vs, vf, self.g * (hs + hf)) + ROUNDING
+        return where(both, found, 1.0)
+
+    def eigenvalues(self, q: np.ndarray) -> np.ndarray:
+        """Return the characteristic speeds (4, n), complex, sorted by real part; both masses present."""
+        hs, vs, hf, vf = primitive(q)
+        u1, u4, mu, disc = shifted_roots(self.couplings(hs, hf), vs, vf, self.g * (hs + hf))
+        gap = np.sqrt(disc.astype(complex))
+        return 0.5 * (vs + vf) + np.array([u1 + 0j, mu - gap, mu + gap, u4 + 0j])
+
+    def margin(self, q: np.ndarray) -> np.ndarray:
+        """Return the discriminant of the inner pair over a^2 = g h, (n,): negative where the speeds are complex."""
+        hs, vs, hf, vf = primitive(q)
+        a2 = self.g * (hs + hf)
+        return shifted_roots(self.couplings(hs, hf), vs, vf, a2)[3] / a2
+
+
+def project(weight, u, d, speed, f1, f3, x0, y0, css, cff, csf):
+    """Return the depth components of the wave with shifted speed u: the left eigenvector's share of the jump.
+
+    No division by hs or hf: fine where a phase vanishes.
+    """
+    x, y = speed * f1 + x0, speed * f3 + y0
+    up, down = u + d, u - d
+    return weight * ((up * up - cff) * x + csf * y), weight * (cff * x + (down * down - css) * y)

@@ -1,0 +1,161 @@
+"""Units and meanings of what the models of this package call by name, after the CF conventions."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from fvkit import Model, validation
+from fvkit.problem.cell_averages import levelled
+
+QUANTITIES = {
+    "h": ("m", "depth of the flow"),
+    "hs": ("m", "depth of the solid"),
+    "hf": ("m", "depth of the fluid"),
+    "hs vs": ("m2 s-1", "discharge of the solid"),
+    "hf vf": ("m2 s-1", "discharge of the fluid"),
+    "h v": ("m2 s-1", "discharge"),
+    "rho h": ("m", "mass per area over the density of the solid"),
+    "rho h v": ("m2 s-1", "momentum per area over the density of the solid"),
+    "phi": ("1", "volume fraction of the solid"),
+    "vs": ("m s-1", "velocity of the solid"),
+    "vf": ("m s-1", "velocity of the fluid"),
+    "v": ("m s-1", "velocity of the mixture"),
+    "surface": ("m", "height of the free surface"),
+    "b": ("m", "height of the bottom"),
+}
+
+#: The same where the two masses are layers, the first below.
+LAYERS = QUANTITIES | {
+    "hs": ("m", "depth of the lower layer"),
+    "hf": ("m", "depth of the upper layer"),
+    "hs vs": ("m2 s-1", "discharge of the lower layer"),
+    "hf vf": ("m2 s-1", "discharge of the upper layer"),
+    "phi": ("1", "share of the lower layer in the depth"),
+    "vs": ("m s-1", "velocity of the lower layer"),
+    "vf": ("m s-1", "velocity of the upper layer"),
+    "interface": ("m", "height of the interface between the layers"),
+}
+
+
+def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return h, phi, vs, vf as arrays of one shape, velocities of an absent phase set to 0.
+
+    Parameters
+    ----------
+    h : depth, m, >= 0.
+    phi : solid volume fraction in [0, 1].
+    vs, vf : velocities of solid and fluid, m/s; any value where the phase is absent.
+
+    Raises
+    ------
+    ValueError
+        If a depth is negative, phi leaves [0, 1], or a value that counts is not finite.
+    """
+    depth, fraction, solid, fluid = np.broadcast_arrays(
+        *(validation.floats(value, name) for name, value in (("h", h), ("phi", phi), ("vs", vs), ("vf", vf))))
+    solid = np.where(depth * fraction > 0.0, solid, 0.0)
+    fluid = np.where(depth * (1.0 - fraction) > 0.0, fluid, 0.0)
+    for name, value, allowed, rule in (("h", depth, depth >= 0.0, "finite and >= 0"),
+                                       ("phi", fraction, (fraction >= 0.0) & (fraction <= 1.0), "in [0, 1]"),
+                                       ("vs", solid, True, "finite where there is solid"),
+                                       ("vf", fluid, True, "finite where there is fluid")):
+        good = np.isfinite(value) & allowed
+        if not good.all():
+            raise ValueError(f"`{name}` must be {rule}, got {validation.shown(value[~good].ravel()[0])}")
+    return depth, fraction, solid, fluid
+
+
+def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: a flow") -> dict[str, Any]:
+    """Return {h, phi, vs, vf} of what a function of x returned, velocities 0 where missing, or raise naming ``name``."""
+    flow = dict(validation.mapping(given, name, "{'h': 1.0, 'phi': 0.5}"))
+    unknown = [key for key in flow if key not in ("h", "phi", "vs", "vf")]
+    if unknown or not {"h", "phi"} <= flow.keys():
+        raise ValueError(f"{what} needs h and phi, and takes vs and vf (0 where missing; an initial state may give surface, its "
+                         "level, for h); got "
+                         f"{', '.join(map(str, flow)) or 'nothing'}")
+    return {"vs": 0.0, "vf": 0.0} | flow
+
+
+def over_ground(given: Any, x: np.ndarray, ground: Callable[[np.ndarray], Any] | None,
+                depth: Callable[[np.ndarray], np.ndarray]) -> Any:
+    """Return a flow with h for its ``surface``, depth(surface - bottom); as it is without a surface.
+
+    Parameters
+    ----------
+    given : {surface, phi, vs, vf}; h beside ``surface`` must be the depth below it.
+    x : points, m, (m,).
+    ground : x -> bottom, m; None where nothing but h counts.
+    depth : level minus bottom (m,) -> h.
+
+    Raises
+    ------
+    ValueError
+        If h and ``surface`` contradict each other, or the level lies over no bottom.
+    """
+    if not isinstance(given, Mapping) or "surface" not in given:
+        return given
+    flow = {name: value for name, value in given.items() if name != "surface"}
+    if ground is None:
+        if "h" not in flow:
+            raise ValueError("a flow gives `surface`, its level, where no bottom is known: give h")
+        return flow
+    level = over(x, given["surface"], "surface")
+    above = level - ground(x)
+    differs = np.abs(over(x, flow.get("h", np.maximum(above, 0.0)), "h") - np.maximum(above, 0.0)) > 1e-9 * (1.0 + np.abs(level))
+    if differs.any():
+        place, h = x[differs][0], over(x, flow["h"], "h")[differs][0]
+        raise ValueError(f"`surface` of the initial state lies over another bottom than that of the scene, or contradicts `h`: "
+                         f"at x = {place:.6g} they make h {max(above[differs][0], 0.0):.6g} and {h:.6g}; give one of them")
+    return flow | {"h": depth(above)}
+
+
+def over(x: np.ndarray, value: Any, name: str) -> np.ndarray:
+    """Return a value, or one for each of the points ``x`` (m,), as an array (m,), or raise naming ``name``."""
+    values = validation.floats(value, name)
+    if values.shape not in ((), x.shape):
+        raise ValueError(f"`{name}` must have shape {x.shape} for x of that shape, or be a number, got shape {values.shape}")
+    return np.broadcast_to(values, x.shape)
+
+
+def ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
+    """Return numerator/denominator for reading, 0 where the denominator is not positive."""
+    present = denominator > 0.0
+    return np.where(present, numerator / np.where(present, denominator, 1.0), 0.0)
+
+
+def solid_and_fluid(seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the thicknesses of the phases, drawn apart, as if the grains had settled."""
+    return {"solid": seen["phi"] * seen["h"], "fluid": (1.0 - seen["phi"]) * seen["h"]}
+
+
+def bottom(aux: Any, like: np.ndarray) -> np.ndarray:
+    """Return the bottom among aux values, 0 where there is none."""
+    return np.zeros_like(like) if aux is None else np.asarray(aux["b"], dtype=float)
+
+
+def critical_depth(q: float, g: float = 9.81) -> float:
+    """Return the depth (q^2/g)^(1/3), m, at which a discharge moves with its own wave speed.
+
+    Parameters
+    ----------
+    q : discharge h v, m^2/s.
+    g : gravity, m/s^2.
+    """
+    return (validation.real(q, "q") ** 2 / validation.real(g, "g", above=0.0)) ** (1.0 / 3.0)
+
+Flow = Callable[[np.ndarray], Mapping[str, Any]]
+
+
+def conserved(model: Model, flow: Flow, ground: Callable[[np.ndarray], Any] | None = None) -> Callable[[np.ndarray], np.ndarray]:
+    """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}.
+
+    Over ``ground``, x -> b, the flow may give ``surface``, its level, for h: cells that are dry in part then get the depth of the
+    level over their mean bottom, and x must be the nodes of whole cells, see `fvkit.problem.cell_averages.levelled`.
+    """
+    def values(x: np.ndarray) -> np.ndarray:
+        state = whole_flow(over_ground(flow(x), x, ground, levelled))
+        return model.conserved_from(*(over(x, state[name], name)  # type: ignore[attr-defined]
+                                      for name in ("h", "phi", "vs", "vf")))
+
+    return values

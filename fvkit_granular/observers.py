@@ -1,0 +1,96 @@
+"""`Front`: how far a flow has come, and what it leaves where it stops."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import Observer, Problem
+from fvkit.validation import within
+
+
+@attrs.define(eq=False)
+class Front(Observer):
+    """Outermost places where the depth exceeds a threshold, against time, and the deposit.
+
+    Between the centres of the last cell above the threshold and the next one the depth is taken as linear: the place is
+    accurate to about a cell.
+
+    Parameters
+    ----------
+    threshold : depth h, m, positive; far above the model's ``dry`` and far below the depth of the flow.
+    at_rest : speed, m/s, below which every phase of a cell counts as stopped.
+
+    Attributes
+    ----------
+    t : numpy.ndarray
+        (k,) times, s, the start first.
+    left, right : numpy.ndarray
+        (k,) places, m; NaN where nothing is deeper than the threshold.
+    deposit : numpy.ndarray
+        (num_cells,) depth at the last step where all velocities are below ``at_rest``, 0 elsewhere, m.
+    """
+
+    threshold: float = attrs.field(converter=within(above=0.0))  # type: ignore[misc]
+    at_rest: float = attrs.field(default=1e-3, converter=within(above=0.0))  # type: ignore[misc]
+    _notes: list[tuple[float, float, float]] = attrs.field(factory=list, init=False, repr=False)
+
+    def begin(self, problem: Problem) -> None:
+        if not callable(getattr(problem.model, "depth", None)):
+            raise ValueError(f"Front needs a model with a depth, {type(problem.model).__name__} defines no `depth(q)`")
+        self._notes = []
+
+    def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
+        x, h = problem.grid.centers, self._depth(problem, q)
+        deep = np.flatnonzero(h > self.threshold)
+        if not len(deep):
+            self._notes.append((t, np.nan, np.nan))
+            return
+        self._notes.append((t, self._crossing(x, h, int(deep[0]), -1, problem.grid.lower),
+                            self._crossing(x, h, int(deep[-1]), 1, problem.grid.upper)))
+
+    def record(self) -> dict[str, np.ndarray]:
+        return {"notes": np.array(self._notes).reshape(-1, 3)}
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        self._notes = [(t, left, right) for t, left, right in record["notes"].tolist()]
+
+    def _depth(self, problem: Problem, q: np.ndarray) -> np.ndarray:
+        model: Any = problem.model
+        return np.asarray(model.depth(tuple(q)))
+
+    def _crossing(self, x: np.ndarray, h: np.ndarray, last: int, way: int, end: float) -> float:
+        """Where the depth falls to the threshold beyond the cell ``last``; the end of the grid if it does not."""
+        beyond = last + way
+        if not 0 <= beyond < len(x):
+            return end
+        return float(x[last] + (x[beyond] - x[last]) * (h[last] - self.threshold) / (h[last] - h[beyond]))
+
+    def _column(self, k: int) -> np.ndarray:
+        return np.array([note[k] for note in self._notes])
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times, (k,)."""
+        return self._column(0)
+
+    @property
+    def left(self) -> np.ndarray:
+        """Left fronts, (k,)."""
+        return self._column(1)
+
+    @property
+    def right(self) -> np.ndarray:
+        """Right fronts, (k,)."""
+        return self._column(2)
+
+    @property
+    def deposit(self) -> np.ndarray:
+        """Depth of what has stopped, (num_cells,); empty before a run."""
+        if self._stepper is None:
+            return np.empty(0)
+        problem, q = self._stepper.problem, self._stepper.q
+        seen = problem.model.observables(q, problem.aux_averages)
+        stopped = np.all([np.abs(seen[name]) < self.at_rest for name in ("vs", "vf", "v") if name in seen], axis=0)
+        return np.where(stopped, self._depth(problem, q), 0.0)

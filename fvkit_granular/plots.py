@@ -1,0 +1,87 @@
+"""Pictures that only two-phase flows have."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fvkit import RiemannSolver, Scheme, Solution, WavePropagation, convergence, solve
+from fvkit.output.figures import COLORS, new_axes, slope_guides, style
+from fvkit_granular.models.two_phase import TwoPhase
+from fvkit_granular.scenes.library.catalogue import scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+#: Scenes of `accuracy`: one with all kinds of waves, and a smooth one. Both have a reference without a grid.
+JUMPS, SMOOTH = "dam-break-phi", "simple-wave"
+
+#: Share of the largest depth below which a phase has no velocity to speak of.
+THIN = 1e-4
+
+
+def slip(solution: Solution, ax: "Axes | None" = None, i: int = -1) -> "Axes":
+    """Draw the slip vf - vs at output ``i``, m/s, where both phases are thicker than 1/10000 of the largest depth.
+
+    Parameters
+    ----------
+    solution : of a model with two velocities.
+    ax : where to draw; None for a figure of its own.
+    i : number of the output, the last by default.
+
+    Raises
+    ------
+    ValueError
+        For a model with one velocity.
+    """
+    seen = solution.observables(i)
+    if "vs" not in seen or "vf" not in seen:
+        raise ValueError(f"{type(solution.model).__name__} has one velocity, hence no slip")
+    target = ax if ax is not None else new_axes()[1][0]
+    thinner = seen["h"] * np.minimum(seen["phi"], 1.0 - seen["phi"])
+    shown = np.where(thinner > THIN * seen["h"].max(), seen["vf"] - seen["vs"], np.nan)
+    target.plot(solution.grid.centers, shown, color=COLORS[0])
+    target.axhline(0.0, color="0.4", linewidth=0.8)
+    target.set(xlabel="x, m", ylabel="slip vf - vs, m/s", title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
+    target.grid(alpha=0.3)
+    return target
+
+
+def accuracy(scheme: Scheme | RiemannSolver, cells: Sequence[int] = (50, 100, 200, 400), *, backend: str = "auto") -> "Figure":
+    """Return the picture of what a scheme makes of the two-phase model: a dam break with a jump of phi, and errors over cells.
+
+    On the left the solid depth on the coarsest and the finest grid over the semi-exact solution; on the right the L1 errors of
+    all four components of q together, there and for the smooth simple wave, whose reference is exact.
+
+    Parameters
+    ----------
+    scheme : the scheme, or a Riemann solver, which then runs in `fvkit.WavePropagation` of second order.
+    cells : numbers of cells, ascending, two at least.
+    backend : as for `fvkit.solve`.
+    """
+    chosen = WavePropagation(scheme) if isinstance(scheme, RiemannSolver) else scheme
+    figure, (profile, error) = new_axes(1, 2, width=5.2, height=3.8)
+    jumps = scene(JUMPS)
+    for color, count in zip(COLORS, (cells[0], cells[-1]), strict=False):
+        solution = solve(jumps.problem(TwoPhase, count), chosen, backend=backend)
+        profile.plot(solution.grid.centers, solution.q[-1][0], color=color, linewidth=1.2,
+                     label=f"{count} cells")
+    reference = jumps.known_reference().averages(TwoPhase(), solution.grid, jumps.t_end)  # type: ignore[union-attr]
+    profile.plot(solution.grid.centers, reference[0], color="0.35", linestyle="--", linewidth=0.9, label="semi-exact")
+    profile.set(xlabel="x, m", ylabel="solid depth hs, m", title=f"{JUMPS}, t = {jumps.t_end:g} s")
+    for k, (name, order) in enumerate(((JUMPS, 1), (SMOOTH, chosen.nominal_order))):
+        case = scene(name)
+        known = case.known_reference()
+        found = convergence(partial(case.problem, TwoPhase), chosen, cells, known, backend=backend)
+        error.loglog(found.cells, found.totals, **style(k), markersize=5, label=f"{name} ({found.kind})")
+        slope_guides(error, found.cells, float(found.totals[0]), (order,))
+    error.set_xticks(list(cells), labels=list(map(str, cells)))
+    error.minorticks_off()
+    error.set(xlabel="cells", ylabel="L1 error of q", title="error over cells")
+    for axes in (profile, error):
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize="small")
+    return figure

@@ -1,0 +1,110 @@
+"""References that a scene is measured against: a function of space and time, or a run on a finer grid."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import Grid, Model, validation
+from fvkit.output.solution import Solution
+from fvkit.problem.cell_averages import cell_averages
+from fvkit_granular.models.quantities import conserved
+
+#: The only kinds of reference.
+KINDS = ("exact", "semi-exact", "self-converged")
+
+
+def _kind(value: Any) -> Any:
+    return validation.choice(value, "kind", KINDS)
+
+
+@attrs.frozen(eq=False)
+class Reference(ABC):
+    """Abstract reference solution. Contract:
+
+    1. ``kind`` is ``"exact"``, ``"semi-exact"`` (depends on a path) or ``"self-converged"``; ``detail`` is one sentence.
+    2. ``averages(model, grid, t)`` returns cell averages (num_eqn, num_cells) of what the flow is to ``model``.
+    3. ``path_sensitivity()`` returns how much hangs on the path across shocks, with a line of ``text``; None if nothing.
+
+    Parameters
+    ----------
+    kind : one of ``KINDS``.
+    detail : one sentence: which solution, how accurate.
+    """
+
+    kind: str = attrs.field(converter=_kind)
+    detail: str = validation.words("")
+
+    @abstractmethod
+    def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
+        """Return the reference as cell averages of the conserved quantities of ``model``."""
+
+    def path_sensitivity(self) -> dict[str, Any] | None:
+        """Return what `fvkit_granular.exact.two_phase.path_sensitivity` finds, None for flows without internal shocks."""
+        return None
+
+
+def _at(value: Any) -> Any:
+    return validation.function(value, "at", "(x, t) -> {h, phi, vs, vf}")
+
+
+def _ground(value: Any) -> Any:
+    return validation.function(value, "bottom", "x -> b")
+
+
+def _sensitivity(value: Any) -> Any:
+    return validation.function(value, "sensitivity", "without arguments")
+
+
+def _solution(value: Any) -> Any:
+    return validation.instance(value, "solution", Solution, "such as fv.solve returns it")
+
+
+@attrs.frozen(eq=False)
+class FunctionReference(Reference):
+    """A reference given as a function.
+
+    Parameters
+    ----------
+    kind : one of ``KINDS``.
+    detail : one sentence: which solution, how accurate.
+    at : (x, t) -> {h, phi, vs, vf}.
+    bottom : x -> b, m, under a flow that gives ``surface`` for h.
+    sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
+    """
+
+    at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(converter=_at, kw_only=True, repr=False)
+    bottom: Callable[[np.ndarray], Any] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_ground), kw_only=True, repr=False)
+    sensitivity: Callable[[], dict[str, Any] | None] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_sensitivity), kw_only=True, repr=False)
+
+    def path_sensitivity(self) -> dict[str, Any] | None:
+        return None if self.sensitivity is None else self.sensitivity()
+
+    def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
+        values = conserved(model, lambda x: self.at(x, t), self.bottom)
+        return cell_averages(values, grid, len(model.conserved), "reference")
+
+
+@attrs.frozen(eq=False)
+class SelfConverged(Reference):
+    """The full model itself on a fine grid, averaged onto the cells of the coarse one.
+
+    Parameters
+    ----------
+    kind : ``"self-converged"``.
+    detail : one sentence: which scheme, how many cells.
+    solution : a solution whose observables include h, phi, vs, vf.
+    """
+
+    solution: Solution = attrs.field(converter=_solution, kw_only=True, repr=False)
+
+    def averages(self, model: Model, grid: Grid, t: float) -> np.ndarray:
+        fine = self.solution.grid
+        seen = self.solution.observables(int(np.argmin(np.abs(self.solution.t - t))))
+        q = model.conserved_from(*(seen[name] for name in ("h", "phi", "vs", "vf")))  # type: ignore[attr-defined]
+        integrals = np.concatenate([np.zeros((len(q), 1)), np.cumsum(q, axis=1) * fine.dx], axis=1)
+        return np.array([np.diff(np.interp(grid.edges, fine.edges, row)) / grid.dx for row in integrals])

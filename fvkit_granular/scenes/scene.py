@@ -1,0 +1,145 @@
+"""`Scene`: physics without numerics, and the reference that it is measured against."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import Grid, Model, Outflow, Problem, Source, validation
+from fvkit.problem.problem import boundary_pair, source_list
+from fvkit_granular.csv_table import missing
+from fvkit_granular.models.quantities import Flow, conserved, over_ground, whole_flow
+from fvkit_granular.scenes.reference import (
+    Reference,
+)
+from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
+from fvkit_granular.scenes.slope import warn_of_steep_ground
+
+
+def two_states(left: Mapping[str, float], right: Mapping[str, float], at: float = 0.0) -> ShapedFlow:
+    """Return the flow of two uniform states with a jump at x = ``at``, m."""
+    return ShapedFlow(**{name: Step(at, left[name], right[name]) if left[name] != right[name] else left[name] for name in left})
+
+
+def _interval(value: Any) -> tuple[float, float]:
+    return validation.interval(value, "interval")
+
+
+def ascending(value: Any) -> tuple[float, ...]:
+    """Return output times as a tuple, checked."""
+    times = validation.series(value, "times", "[0.5, 1.0]")
+    if times[0] <= 0.0 or (np.diff(times) <= 0.0).any():
+        raise ValueError("`times` must be a list of positive times that ascend, or None for the end alone, got "
+                         f"{validation.shown(value)}")
+    return tuple(times.tolist())
+
+
+def _flow(value: Any) -> Any:
+    return validation.function(value, "initial", "x -> {h, phi, vs, vf}")
+
+
+def _reference(value: Any) -> Any:
+    return value if isinstance(value, Reference) else validation.function(value, "reference", "of the scene, or a gr.Reference")
+
+
+@attrs.frozen(eq=False)
+class Scene:
+    """A flow to be computed, in physical terms, for any of the models.
+
+    Parameters
+    ----------
+    interval : (lower, upper), m.
+    t_end : end time, s, positive.
+    initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing. ``surface``, the level in m, may
+        stand for h: h = max(surface - bottom, 0), in cells that are dry in part over their mean bottom, so that a lake is at rest
+        on every grid (a change of its volume by O(dx^2), at shores alone). Use it rather than max(level - b(x), 0).
+    bottom : height b of the bottom, m: function of x, cell averages, or number.
+    boundary : one boundary condition, or (left, right).
+    sources : a source or a sequence of them. Drag is left out for models with one velocity.
+    g : gravity, m/s^2.
+    gamma : density ratio fluid/solid in (0, 1).
+    reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
+    name, description : for lists and reports; the description tells where the case comes from.
+    times : output times of ``fvkit run``, s, ascending; None for the end alone.
+    """
+
+    interval: tuple[float, float] = attrs.field(converter=_interval)
+    t_end: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    initial: Flow = attrs.field(converter=_flow, repr=False)
+    bottom: Any = attrs.field(default=0.0, repr=False)
+    boundary: Any = attrs.field(factory=Outflow, validator=lambda scene, field, value: boundary_pair(value))
+    sources: Any = attrs.field(default=(), validator=lambda scene, field, value: source_list(value))
+    g: float = validation.number(9.81, above=0.0)
+    gamma: float = validation.number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
+    reference: Reference | Callable[["Scene"], Reference] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_reference), repr=False)
+    name: str = validation.words("")
+    description: str = validation.words("")
+    times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(ascending))
+
+    def __attrs_post_init__(self) -> None:
+        if isinstance(self.bottom, Profile):
+            self.bottom.warn_of_units()
+
+    def model(self, model: Any) -> Model:
+        """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
+        if isinstance(model, type) and issubclass(model, Model):
+            return model(**{name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")})
+        return validation.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
+
+    def problem(self, model: Any, cells: int) -> Problem:
+        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells.
+
+        Warns (`SteepSlopeWarning`) where the flow may reach ground steeper than 15 degrees, see `fvkit_granular.scenes.slope`.
+        """
+        chosen = self.model(model)
+        if not callable(getattr(chosen, "conserved_from", None)):
+            raise ValueError(f"`model` of a scene must make its state of h, phi, vs and vf, but {type(chosen).__name__} has no "
+                             "`conserved_from`: take a model of fvkit_granular, or build a fvkit.Problem")
+        if "b" not in chosen.aux and (callable(self.bottom) or np.any(np.asarray(self.bottom) != 0.0)):
+            raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
+                             "another model, or bottom=0.0")
+        grid = Grid(*self.interval, cells)
+        sources = tuple(source for source in self.given_sources()
+                        if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
+        result = Problem(chosen, grid, conserved(chosen, self.initial, self.height), self.t_end,
+                         aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
+        self._refuse_gaps(grid.centers)
+        warn_of_steep_ground(result, self.g)
+        return result
+
+    def _refuse_gaps(self, x: np.ndarray) -> None:
+        b = self.height(x)
+        gaps = missing(b)
+        if gaps.any():
+            k = int(np.argmax(gaps))
+            raise ValueError(f"`bottom` is {b[k]:.10g} at x = {x[k]:.6g} m, which looks like a code for a missing value, not "
+                             "like a height: fill the gap")
+
+    def flow(self, x: np.ndarray) -> dict[str, Any]:
+        """Return the initial {h, phi, vs, vf} at points x (m,), also where it is given by its surface."""
+        return whole_flow(over_ground(self.initial(x), x, self.height, lambda depth: np.maximum(depth, 0.0)))
+
+    def height(self, x: np.ndarray) -> np.ndarray:
+        """Return the bottom at points x (m,), m; of cell averages that of the cell."""
+        b = self.bottom(x) if callable(self.bottom) else np.asarray(self.bottom, dtype=float)
+        if np.ndim(b) and not callable(self.bottom):
+            lower, upper = self.interval
+            b = b[np.clip((x - lower) / (upper - lower) * b.size, 0, b.size - 1).astype(int)]
+        return np.broadcast_to(b, np.shape(x))
+
+    def given_sources(self) -> tuple[Any, ...]:
+        """Return the sources, also where there is one or none."""
+        return tuple(self.sources) if isinstance(self.sources, (tuple, list)) else (self.sources,)
+
+    def sides(self) -> tuple[Any, Any]:
+        """Return the boundary conditions (left, right)."""
+        left, right = self.boundary if isinstance(self.boundary, (tuple, list)) else (self.boundary, self.boundary)
+        return left, right
+
+    def known_reference(self) -> Reference | None:
+        """Return the reference, made now if the scene only knows how to make it; None if there is none."""
+        if self.reference is None or isinstance(self.reference, Reference):
+            return self.reference
+        return self.reference(self)

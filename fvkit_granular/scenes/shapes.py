@@ -1,0 +1,326 @@
+"""Shapes: functions of x that are data, for depths, levels, solid fractions, velocities and bottoms.
+
+A shape is a frozen object that is called with points x, m, and returns values of the same shape. It can be compared, sent to
+another process and written to a scene file, which a function cannot. A sum of shapes is `Sum`, or ``shape + shape``.
+"""
+
+import warnings
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.pointwise.part import by_name
+from fvkit_granular.csv_table import UNITS, read_columns
+
+
+@attrs.frozen
+class Shape(ABC):
+    """Abstract function of x, m, made of numbers."""
+
+    @abstractmethod
+    def __call__(self, x: Any) -> np.ndarray:
+        """Return the values at the points ``x``."""
+
+    def __add__(self, other: Any) -> "Sum":
+        return Sum((*_terms(self), *_terms(as_shape(other))))
+
+
+def _terms(shape: Shape) -> tuple[Shape, ...]:
+    return shape.terms if isinstance(shape, Sum) else (shape,)
+
+
+def as_shape(value: Any, name: str = "value") -> Shape:
+    """Return a shape as it is, and the uniform shape of a number."""
+    return value if isinstance(value, Shape) else Uniform(validation.real(value, name, hint="a number or a shape"))
+
+
+@attrs.frozen
+class Uniform(Shape):
+    """The same ``value`` everywhere."""
+
+    value: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return np.full(np.shape(x), self.value)
+
+
+@attrs.frozen
+class Step(Shape):
+    """``left`` for x < ``at``, m, and ``right`` from there on."""
+
+    at: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    left: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    right: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return np.where(np.asarray(x) < self.at, self.left, self.right)
+
+
+def _numbers(value: Any, name: str, *more: int) -> np.ndarray:
+    """Return a list of numbers, or of rows of them, as an array."""
+    if not isinstance(value, (list, tuple, np.ndarray)) or not len(value):
+        raise TypeError(f"`{name}` must be a list, not empty, got {validation.shown(value)}")
+    return validation.array(value, name, (len(value), *more))
+
+
+def _ascending(places: np.ndarray, name: str) -> None:
+    if (np.diff(places) <= 0.0).any():
+        raise ValueError(f"`{name}`: x must ascend, got {', '.join(f'{x:g}' for x in places)}")
+
+
+def _places(value: Any) -> tuple[float, ...]:
+    places = _numbers(value, "at")
+    _ascending(places, "at")
+    return tuple(places.tolist())
+
+
+def _row(value: Any) -> tuple[float, ...]:
+    return tuple(_numbers(value, "values").tolist())
+
+
+@attrs.frozen
+class Steps(Shape):
+    """``values[k]`` between the places ``at[k-1]`` <= x < ``at[k]``, m; one value more than places."""
+
+    at: tuple[float, ...] = attrs.field(converter=_places)
+    values: tuple[float, ...] = attrs.field(converter=_row)
+
+    def __attrs_post_init__(self) -> None:
+        if len(self.values) != len(self.at) + 1:
+            raise ValueError(f"`values` must be one more than `at`, got {len(self.values)} and {len(self.at)}")
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return np.array(self.values)[np.searchsorted(self.at, x, side="right")]
+
+
+@attrs.frozen
+class Block(Shape):
+    """``height`` where abs(x - centre) < ``half_width``, m, and 0 elsewhere."""
+
+    centre: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    half_width: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    height: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return np.where(np.abs(x - self.centre) < self.half_width, self.height, 0.0)
+
+
+@attrs.frozen
+class Hump(Shape):
+    """A cosine bump: height/2 (1 + cos(pi (x - centre)/half_width)) where abs(x - centre) < half_width, m, 0 elsewhere."""
+
+    centre: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    half_width: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    height: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+
+    def __call__(self, x: Any) -> np.ndarray:
+        phase = (x - self.centre) / self.half_width
+        return np.where(np.abs(phase) < 1.0, 0.5 * self.height * (1.0 + np.cos(np.pi * phase)), 0.0)
+
+
+@attrs.frozen
+class Gaussian(Shape):
+    """A bell: height exp(-((x - centre)/width)^2), width in m."""
+
+    centre: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    width: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    height: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return self.height * np.exp(-(((x - self.centre) / self.width) ** 2))
+
+
+@attrs.frozen
+class Cosine(Shape):
+    """Waves: mean + amplitude cos(2 pi (x - crest)/wavelength), crest and wavelength in m."""
+
+    mean: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    amplitude: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    wavelength: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    crest: float = validation.number(0.0)
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return self.mean + self.amplitude * np.cos(2.0 * np.pi * (x - self.crest) / self.wavelength)
+
+
+@attrs.frozen
+class Plane(Shape):
+    """A straight line: level + slope (x - at), at in m."""
+
+    slope: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    at: float = validation.number(0.0)
+    level: float = validation.number(0.0)
+
+    def __call__(self, x: Any) -> np.ndarray:
+        return self.level + self.slope * (x - self.at)
+
+
+def _points(value: Any) -> tuple[tuple[float, float], ...]:
+    points = _numbers(value, "points", 2)
+    _ascending(points[:, 0], "points")
+    return tuple((float(x), float(y)) for x, y in points)
+
+
+@attrs.frozen
+class PiecewiseLinear(Shape):
+    """Straight lines between the points (x, value), x ascending, m; the first and last value beyond them."""
+
+    points: tuple[tuple[float, float], ...] = attrs.field(converter=_points)
+
+    def __call__(self, x: Any) -> np.ndarray:
+        places, values = np.array(self.points).T
+        return np.interp(x, places, values)
+
+
+def _shapes(value: Any) -> tuple[Shape, ...]:
+    if not isinstance(value, (list, tuple)) or not value:
+        raise TypeError(f"`terms` must be a non-empty list of shapes and numbers, got {validation.shown(value)}")
+    return tuple(as_shape(term, "terms") for term in value)
+
+
+@attrs.frozen
+class Sum(Shape):
+    """The sum of shapes, added in their order."""
+
+    terms: tuple[Shape, ...] = attrs.field(converter=_shapes)
+
+    def __call__(self, x: Any) -> np.ndarray:
+        total = self.terms[0](x)
+        for term in self.terms[1:]:
+            total = total + term(x)
+        return total
+
+
+#: Shapes by their names in scene files, where a number is a `Uniform` and a list a `Sum`.
+SHAPES: dict[str, type[Shape]] = by_name((Step, Steps, Block, Hump, Gaussian, Cosine, Plane, PiecewiseLinear))
+
+#: No velocity.
+NONE = Uniform(0.0)
+
+#: Converters of the fields: a number becomes the uniform shape, and an error names the field.
+_SHAPE: Any = attrs.Converter(lambda value, field: as_shape(value, field.name), takes_field=True)
+_OPTIONAL: Any = attrs.Converter(lambda value, field: None if value is None else as_shape(value, field.name), takes_field=True)
+_GROUND: Any = attrs.Converter(lambda value, field: value if value is None or (callable(value) and not isinstance(value, type))
+                               else validation.real(value, field.name, hint="a number or a function of x"), takes_field=True)
+
+
+@attrs.frozen
+class ShapedFlow:
+    """A function x -> {h, phi, vs, vf} made of shapes and numbers, as `Scene` takes it for ``initial``.
+
+    Parameters
+    ----------
+    h : depth, m, >= 0; or None where ``surface`` is given.
+    phi : solid fraction in [0, 1].
+    vs, vf : velocities of solid and fluid, m/s.
+    surface : level of the surface, m: the depth is max(surface - bottom, 0), levelled in each cell, see `Scene`.
+    bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
+    """
+
+    h: Shape | None = attrs.field(default=None, converter=_OPTIONAL)  # type: ignore[misc]
+    phi: Shape = attrs.field(default=None, converter=_OPTIONAL, kw_only=True)  # type: ignore[misc]
+    vs: Shape = attrs.field(default=NONE, converter=_SHAPE, kw_only=True)  # type: ignore[misc]
+    vf: Shape = attrs.field(default=NONE, converter=_SHAPE, kw_only=True)  # type: ignore[misc]
+    surface: Shape | None = attrs.field(default=None, converter=_OPTIONAL, kw_only=True)  # type: ignore[misc]
+    bottom: Any = attrs.field(default=None, converter=_GROUND, kw_only=True)  # type: ignore[misc]
+
+    def __attrs_post_init__(self) -> None:
+        if (self.h is None) == (self.surface is None):
+            raise ValueError("a flow of shapes takes either `h`, the depth, or `surface`, its level: give one of them")
+        if self.phi is None:
+            raise ValueError("a flow of shapes needs `phi`, the solid fraction")
+
+    def __call__(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        flow = {"phi": self.phi(x), "vs": self.vs(x), "vf": self.vf(x)}
+        if self.surface is not None:
+            flow["surface"] = self.surface(x)
+        return flow if self.surface is not None and self.bottom is None else {"h": self.depth(x)} | flow
+
+    def depth(self, x: np.ndarray) -> np.ndarray:
+        """Return the depth h at points ``x``, m; ValueError where only the scene knows the bottom."""
+        if self.surface is None:
+            return self.h(x)  # type: ignore[misc]
+        if self.bottom is None:
+            raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth of its own: ask `Scene.flow`")
+        return np.maximum(self.surface(x) - (self.bottom(x) if callable(self.bottom) else self.bottom), 0.0)
+
+
+INTERPOLATIONS = ("linear", "constant")
+
+#: Height over length of a bottom that is hardly meant: both in the same unit it lies between these.
+FLAT, STEEP = 1e-3, 2.0
+
+#: Lengths from which a bottom that is all but flat is noticed, and the highest number that may be kilometres, m.
+LONG, HIGH = 100.0, 9.0
+
+
+@attrs.frozen
+class Profile(Shape):
+    """A column of a CSV file over another one: a shape that knows where it comes from. `Profile.read` makes it.
+
+    Parameters
+    ----------
+    path : the file.
+    column : name of the column.
+    along : name of the column of x.
+    interpolation : ``"linear"``: straight lines between rows; ``"constant"``: the value of a row holds up to the next one.
+    x : (rows,) ascending, m.
+    values : (rows,) in SI units.
+    """
+
+    path: Path
+    column: str
+    along: str
+    interpolation: str = attrs.field(converter=lambda value: validation.choice(value, "interpolation", INTERPOLATIONS))
+    x: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
+    values: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
+
+    @classmethod
+    def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length") -> "Profile":
+        """Return the function that a CSV file holds.
+
+        Parameters
+        ----------
+        path : the file, UTF-8, at most 10 MB: commas, points in decimals, a header such as ``x [m], b [m]``.
+        column : name of the column, without its unit.
+        interpolation : ``"linear"`` or ``"constant"``.
+        along : name of the column of x, ascending.
+        measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
+
+        Raises
+        ------
+        ValueError
+            With file, line and column.
+        FileNotFoundError
+            Where there is no such file.
+        """
+        table = read_columns(path)
+        x = table.ascending(along, "length", "for a jump put two rows close together")
+        values = table.column(column, validation.choice(measures, "measures", UNITS))
+        return cls(table.path, column, along, interpolation, x, values)
+
+    def warn_of_units(self) -> None:
+        """Warn where the numbers of a bottom look like another unit than the header names."""
+        length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
+        if height > STEEP * length:
+            advice, header = f"if {self.along} is in kilometres, or `{self.column}` in centimetres or millimetres", self.along
+        elif length >= LONG and 0.0 < height < FLAT * length and np.abs(self.values).max() <= HIGH:
+            advice, header = f"if `{self.column}` is in kilometres", self.column
+        else:
+            return
+        warnings.warn(f"{self.path}: the bottom `{self.column}` varies by {height:.4g} m over {length:.4g} m of {self.along}: "
+                      f"{advice}, say so in the header, such as `{header} [km]`", RuntimeWarning, stacklevel=2)
+
+    def __call__(self, x: Any) -> np.ndarray:
+        points = np.asarray(x, dtype=float)
+        if points.size and (points.min() < self.x[0] or points.max() > self.x[-1]):
+            raise ValueError(f"{self.path}: column `{self.column}` covers {self.along} from {self.x[0]:.10g} to "
+                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is asked for: add "
+                             "rows, or shorten `interval`")
+        if self.interpolation == "linear":
+            return np.interp(points, self.x, self.values)
+        return self.values[np.searchsorted(self.x, points, side="right") - 1]

@@ -1,0 +1,123 @@
+"""Parts of built-in scenes by name: how a scene file speaks of an initial state, a bottom or a reference that is computed."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit.validation import choice
+from fvkit_granular.scenes.library.catalogue import scene, scene_names
+from fvkit_granular.scenes.reference import Reference
+from fvkit_granular.scenes.scene import Scene
+
+#: Points at which two scenes are compared.
+POINTS = 1001
+
+
+@lru_cache(maxsize=8)
+def _made(name: str) -> Scene:
+    return scene(name)
+
+
+def _name(value: Any) -> str:
+    return str(choice(value, "name", scene_names()))
+
+
+@attrs.frozen
+class BuiltInFlow:
+    """The initial state of a built-in scene, a function of x.
+
+    Parameters
+    ----------
+    name : of the scene.
+    """
+
+    name: str = attrs.field(converter=_name)
+
+    def __call__(self, x: np.ndarray) -> Any:
+        return _made(self.name).initial(x)
+
+
+@attrs.frozen
+class BuiltInBottom:
+    """The bottom of a built-in scene, a function of x.
+
+    Parameters
+    ----------
+    name : of the scene.
+    """
+
+    name: str = attrs.field(converter=_name)
+
+    def __call__(self, x: np.ndarray) -> Any:
+        return height(_made(self.name), x)
+
+
+@attrs.frozen
+class BuiltInReference:
+    """The reference of a built-in scene, for a scene that is the same flow up to the same time or an earlier one.
+
+    Parameters
+    ----------
+    name : of the built-in scene.
+    """
+
+    name: str = attrs.field(converter=_name)
+
+    def __call__(self, scene: Scene) -> Reference:
+        """Return the reference.
+
+        Raises
+        ------
+        ValueError
+            If the scene is another flow than the built-in one, whose solution says nothing about it then.
+        """
+        given = self.check(scene)
+        return given if isinstance(given, Reference) else given(scene)
+
+    def check(self, scene: Scene) -> Reference | Callable[[Scene], Reference]:
+        """Return the reference of the built-in scene, or raise ValueError where it does not hold for ``scene``."""
+        built_in = _made(self.name)
+        if built_in.reference is None:
+            raise ValueError(f"the built-in scene {self.name} has no reference: leave `reference` out")
+        changed = differences(scene, built_in)
+        if scene.t_end > built_in.t_end:
+            changed.append("t_end")
+        if changed:
+            raise ValueError(f"`reference` is the solution of {self.name}, and this is another flow: {', '.join(changed)} "
+                             f"{'differs' if len(changed) == 1 else 'differ'}; leave `reference` out")
+        return built_in.reference
+
+
+def differences(one: Scene, other: Scene) -> list[str]:
+    """Return which parts of the physics of two scenes differ, judged at ``POINTS`` points; times and names do not count."""
+    found = [name for name in ("interval", "g", "gamma") if getattr(one, name) != getattr(other, name)]
+    if one.sides() != other.sides():
+        found.append("boundary")
+    if one.given_sources() != other.given_sources():
+        found.append("sources")
+    if "interval" not in found:
+        x = np.linspace(*one.interval, POINTS)
+        found += [] if np.array_equal(height(one, x), height(other, x)) else ["bottom"]
+        found += [] if np.array_equal(_states(one, x), _states(other, x)) else ["initial"]
+    return found
+
+
+def _states(scene: Scene, x: np.ndarray) -> np.ndarray:
+    given = scene.flow(x)
+    return np.array([np.broadcast_to(given[name], x.shape) for name in ("h", "phi", "vs", "vf")])
+
+
+def height(scene: Scene, x: np.ndarray) -> np.ndarray:
+    """Return the bottom of a scene at points ``x``, m.
+
+    Raises
+    ------
+    ValueError
+        If it is given as cell averages, which belong to one grid.
+    """
+    if not callable(scene.bottom) and np.ndim(scene.bottom):
+        raise ValueError("a bottom given as cell averages belongs to one grid: give a function, a shape or a number")
+    return scene.height(x)

@@ -1,0 +1,233 @@
+"""Scenes from TOML files: data alone, nothing in a file is evaluated."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fvkit import Outflow, Periodic, Wall, validation
+from fvkit_granular.boundaries import GivenFlow, Hydrograph, Stage, UniformSlope
+from fvkit_granular.scenes.library.catalogue import scene_factory, scene_names
+from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
+from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference
+from fvkit_granular.scenes.toml.table import Table, read_toml
+from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
+
+#: How the name of a scene file ends, and what commands say about their argument.
+SUFFIX = ".toml"
+SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that ends in .toml"
+
+#: Boundary conditions and sources by their names in files. Their fields are the other keys of a table: a new class is one line.
+BOUNDARIES: dict[str, type] = {"outflow": Outflow, "wall": Wall, "periodic": Periodic, "inflow": GivenFlow,
+                               "hydrograph": Hydrograph, "stage": Stage, "uniform-slope": UniformSlope}
+SOURCES: dict[str, type] = {"constant-drag": ConstantDrag, "velocity-drag": VelocityDrag, "pitman-le-drag": PitmanLeDrag,
+                            "coulomb": CoulombFriction, "voellmy": Voellmy, "manning": Manning}
+
+
+#: Keys of a file, of `initial`, and what those of a flow measure.
+TOP = ("name", "description", "interval", "t_end", "g", "gamma", "reference", "initial", "bottom", "boundary", "sources",
+       "outputs")
+FLOW = {"h": "length", "surface": "length", "phi": "share", "vs": "speed", "vf": "speed"}
+
+#: Keys of a table that takes a column of a CSV file.
+COLUMN = ("file", "column", "along", "interpolation")
+
+#: Points at which a flow is looked at when its file is read, and most outputs.
+POINTS, MOST_OUTPUTS = 2001, 100_000
+
+
+def find_scene(text: str) -> Scene:
+    """Return a built-in scene by its name, or that of a TOML file.
+
+    Parameters
+    ----------
+    text : name of a built-in scene, or path of a file that ends in ``.toml``.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name or a mistake in the file, with the line.
+    FileNotFoundError
+        Where there is no such file.
+    """
+    return find_factory(text)()
+
+
+def find_factory(text: str) -> Callable[..., Scene]:
+    """Return the function that makes the scene of `find_scene`; its arguments, if any, are those of a built-in scene."""
+    if text.endswith(SUFFIX):
+        return partial(load_scene, text)
+    if text not in scene_names() and ("/" in text or "\\" in text or Path(text).is_file()):
+        raise ValueError(f"`scene` must be the name of a built-in scene or a file that ends in {SUFFIX}, got {text!r}")
+    return scene_factory(text)
+
+
+def scene_label(text: str) -> str:
+    """Return what reports and folders call the scene of `find_scene`: its name, or that of the file without its ending."""
+    return Path(text).stem if text.endswith(SUFFIX) else text
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Return the scene that a TOML file describes; docs/scene_files.md has every key.
+
+    Parameters
+    ----------
+    path : the file, UTF-8, at most 1 MB. CSV files that it names are relative to its folder.
+
+    Raises
+    ------
+    ValueError
+        For a mistake, with file, line and nearest match.
+    FileNotFoundError
+        Where there is no such file.
+    """
+    top = read_toml(path).only(TOP)
+    for key in ("interval", "t_end", "initial"):
+        top.need(key)
+    bottom = _bottom(top)
+    initial = _initial(top.inner("initial"))
+    given: dict[str, Any] = {key: top.data[key] for key in ("interval", "t_end", "g", "gamma") if key in top.data}
+    reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
+    boundary, sources = _boundary(top), _sources(top)
+    name, description = top.text("name", Path(path).stem), top.text("description", "")
+    with top.located():
+        scene = Scene(initial=initial, bottom=bottom, boundary=boundary, sources=sources, reference=reference, name=name,
+                      description=description, times=_times(top), **given)
+    _check(top, scene)
+    return scene
+
+
+def _quantity(table: Table, key: str, measures: str, *inside: int) -> Any:
+    """Return a number as a float, a table as a shape or a column, and a list as their sum."""
+    value: Any = table.data[key]
+    for step in inside:
+        value = value[step]
+    if isinstance(value, list) and not inside:
+        if not value:
+            raise table.error(f"`{key}` must not be an empty list", key)
+        return Sum([_quantity(table, key, measures, k) for k in range(len(value))])
+    if not isinstance(value, dict):
+        with table.located(key, *inside):
+            return validation.real(value, key, hint="a number, a table with `shape` or `file`, or a list of them")
+    inner = table.inner(key, *inside)
+    if "file" in inner.data:
+        return _column(inner, "b" if key == "bottom" else key, measures)
+    if "shape" not in inner.data:
+        raise inner.error(f"`{key}` needs `shape`, one of {', '.join(SHAPES)}, or `file`, a CSV file; got "
+                          f"{', '.join(inner.data) or 'nothing'}")
+    return inner.part("shape", SHAPES)
+
+
+def _column(table: Table, name: str, measures: str) -> Profile:
+    table.only(COLUMN)
+    file, column, along = table.text("file"), table.text("column", name), table.text("along", "x")
+    with table.located():
+        return Profile.read(table.path.parent / file, column, table.text("interpolation"), along, measures)
+
+
+def _bottom(top: Table) -> Any:
+    if "bottom" not in top.data:
+        return 0.0
+    given = top.data["bottom"]
+    if isinstance(given, dict) and "from" in given:
+        return BuiltInBottom(top.inner("bottom").only(("from",)).choice("from", scene_names()))
+    return _quantity(top, "bottom", "length")
+
+
+def _initial(table: Table) -> ShapedFlow | BuiltInFlow:
+    if "flow" in table.data:
+        return BuiltInFlow(table.only(("flow",)).choice("flow", scene_names()))
+    table.only((*FLOW, "flow"))
+    parts = {key: _quantity(table, key, measures) for key, measures in FLOW.items() if key in table.data}
+    with table.located():
+        return ShapedFlow(**parts)
+
+
+def _boundary(top: Table) -> Any:
+    if "boundary" not in top.data:
+        return Outflow()
+    table = top.inner("boundary")
+    if "both" in table.data:
+        return _side(table.only(("both",)), "both")
+    table.only(("left", "right", "both"))
+    for side in ("left", "right"):
+        table.need(side)
+    pair = _side(table, "left"), _side(table, "right")
+    if isinstance(pair[0], Periodic) != isinstance(pair[1], Periodic):
+        raise table.error('a periodic boundary needs both sides: write `both = "periodic"`', "left")
+    return pair
+
+
+def _side(table: Table, key: str) -> Any:
+    """Return a boundary condition, given by its name alone or as a table with its type and fields."""
+    if isinstance(table.need(key), dict):
+        inner = table.inner(key)
+        if "file" in inner.data and inner.choice("type", BOUNDARIES) == "hydrograph":
+            inner.only(("type", "file"))
+            with inner.located("file"):
+                return Hydrograph.read(inner.path.parent / inner.text("file"))
+        return inner.part("type", BOUNDARIES)
+    kind = BOUNDARIES[table.choice(key, BOUNDARIES)]
+    with table.located(key):
+        try:
+            return kind()
+        except TypeError:
+            raise ValueError(f"`{key}` needs a table with fields, such as {{type = \"{table.data[key]}\", ...}}") from None
+
+
+def _sources(top: Table) -> tuple[Any, ...]:
+    given = top.data.get("sources", [])
+    if not isinstance(given, list):
+        raise top.error("`sources` must be a list of tables: write [[sources]]", "sources")
+    return tuple(top.inner("sources", k).part("type", SOURCES) for k in range(len(given)))
+
+
+def _times(top: Table) -> tuple[float, ...] | None:
+    if "outputs" not in top.data:
+        return None
+    table = top.inner("outputs").only(("times", "count"))
+    if len(table.data) != 1:
+        raise table.error("[outputs] takes either `times`, a list, or `count`, a number of equal intervals up to the end")
+    with top.located("t_end"):
+        t_end = validation.real(top.data["t_end"], "t_end", above=0.0)
+    if "count" in table.data:
+        with table.located("count"):
+            count = validation.whole(table.data["count"], "count", at_least=1)
+            if count > MOST_OUTPUTS:
+                raise ValueError(f"`count` must be <= {MOST_OUTPUTS}, got {count}")
+        return tuple(np.linspace(0.0, t_end, count + 1)[1:].tolist())
+    with table.located("times"):
+        times = validation.array(table.data["times"], "times")
+        if times.ndim != 1 or not times.size or times[0] <= 0.0 or times[-1] > t_end or (np.diff(times) <= 0.0).any():
+            raise ValueError(f"`times` must be a list that ascends within (0, t_end = {t_end:g}], got {table.data['times']!r}")
+    return tuple(times.tolist())
+
+
+def _check(top: Table, scene: Scene) -> None:
+    """Raise where the flow or the bottom has no meaning somewhere on the interval, or the reference is not that of the flow."""
+    x = np.linspace(*scene.interval, POINTS)
+    with np.errstate(all="ignore"):
+        if isinstance(scene.bottom, Shape):
+            with top.located("bottom"):
+                validation.array(scene.bottom(x), "bottom")
+        if isinstance(scene.initial, ShapedFlow):
+            table, flow = top.inner("initial"), scene.initial
+            for key in table.data:
+                with table.located(key):
+                    _in_range(key, x, getattr(flow, key)(x))
+    if isinstance(scene.reference, BuiltInReference):
+        with top.located("reference"):
+            scene.reference.check(scene)
+
+
+def _in_range(key: str, x: np.ndarray, values: np.ndarray) -> None:
+    validation.array(values, key)
+    lowest, highest = {"h": (0.0, np.inf), "phi": (0.0, 1.0)}.get(key, (-np.inf, np.inf))
+    wrong = np.flatnonzero((values < lowest) | (values > highest))
+    if wrong.size:
+        bounds = f">= {lowest:g}" + (f" and <= {highest:g}" if np.isfinite(highest) else "")
+        raise ValueError(f"`{key}` must be {bounds}, got {values[wrong[0]]:.6g} at x = {x[wrong[0]]:.6g}")

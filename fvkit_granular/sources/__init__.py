@@ -1,0 +1,1 @@
+"""Sources: friction at the bed, drag between the phases, rain."""

@@ -1,0 +1,71 @@
+"""Rain and infiltration: water, with or without grains, that comes in through the surface and leaves through the bed.
+
+    h_t + (h v)_x = r
+
+Rain brings no momentum; what seeps away takes its own, so the velocity of the rest stays.
+"""
+
+from typing import Any
+
+import attrs
+
+from fvkit import Source, maximum, minimum
+from fvkit.pointwise import scale
+from fvkit.problem.fields import number
+from fvkit.problem.sources import mass_rates, with_masses
+
+#: Said with a rate that is refused.
+UNIT = "m/s over the ground: 36 mm/h = 1e-5 m/s"
+
+
+@attrs.frozen
+class Rain(Source):
+    """Rain of an intensity, m/s over the ground; infiltration where it is negative, of at most the water that is there.
+
+    Exact in a step. Rain wets dry ground, and counts as entered: `fvkit.Stats`. An ``intensity`` that is not 0 in a few cells
+    alone is a point source: discharge, m^2/s, over the length of these cells.
+
+    Parameters
+    ----------
+    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone.
+    phi : solid fraction of what falls, in [0, 1].
+
+    Notes
+    -----
+    It acts beside the transport. On ground that is dry everywhere nothing has a speed that bounds the first step: Strang's
+    splitting, the default, finds the step from the water that half of it brings; with ``fv.Godunov()`` give ``dt_initial``.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 50), lambda x: [0.0 * x, 0.0 * x], 100.0, boundary=fv.Wall(),
+    ...                      sources=gr.Rain(1e-3))
+    >>> solution = fv.solve(problem, backend="numpy")
+    >>> print(f"{solution.q[-1, 0].mean():.6f} m, {solution.stats.entered_by_sources['h']:.6f} m^2")
+    0.100000 m, 1.000000 m^2
+    """
+
+    intensity: float = number(hint=UNIT)
+    phi: float = number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction of what falls")
+
+    def check(self, model: Any) -> None:
+        if not callable(getattr(model, "poured", None)):
+            raise ValueError(f"{type(self).__name__} asks what masses a depth of water makes, but {type(model).__name__} has no "
+                             "`poured(q, solid, fluid)`: define it, or leave the rain out of `sources`")
+        super().check(model)
+
+    def step(self, model, q, aux, dt):
+        solid, fluid = self.fallen(dt)
+        return with_masses(model, q, model.poured(q, solid, fluid))
+
+    def fallen(self, time):
+        """Return the depths of solid and fluid, m, that come in within a time; negative what could leave."""
+        falls = maximum(self.intensity, 0.0)
+        return time * (self.phi * falls), time * ((1.0 - self.phi) * falls + minimum(self.intensity, 0.0))
+
+    def rate(self, model, q, aux):
+        solid, fluid = self.fallen(1.0)
+        dry = scale(0.0, q)
+        return mass_rates(model, q, model.poured(dry, solid, maximum(fluid, 0.0)), model.poured(dry, 0.0, maximum(-fluid, 0.0)),
+                          model.poured(q, 0.0, -1.0))

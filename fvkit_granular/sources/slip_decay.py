@@ -1,0 +1,98 @@
+"""Drag between the phases of one cell, in closed form: how the slip w = vf - vs decays.
+
+Drag leaves hs, hf and the mixture momentum hs vs + gamma hf vf as they are, and changes the slip by
+
+    dw/dt = -D K w,   K = h (hs + gamma hf)/(hs hf) = rho/(phi (1 - phi)).
+
+Everything here is pointwise (scalars or arrays, branch-free) and shared by the drag sources and by the
+exact drag solution, so that each formula stands once. Depths are only ever divided by depths: products of two
+vanish below 1e-154 m. Derived by this project, checked against an ODE solver to 1e-11.
+"""
+
+import numpy as np
+
+from fvkit.pointwise import maximum
+from fvkit_granular.models.spectrum import FLOOR
+from fvkit_granular.models.wet_dry import reciprocal
+
+
+def exchange(hs, hf, gamma):
+    """Return K of `drag_rate`, and hs and hf over hs + gamma hf, with two divisions; 0 where both are absent.
+
+    Parameters
+    ----------
+    hs, hf : depths of solid and fluid, m, >= 0.
+    gamma : density ratio in (0, 1).
+    """
+    whole = reciprocal(hs + hf)
+    solid, fluid = hs * whole, hf * whole
+    rho, product = maximum(solid + gamma * fluid, FLOOR), maximum(solid * fluid, FLOOR)
+    both = 1.0 / (rho * product)
+    return rho * rho * both, solid * (product * both), fluid * (product * both)
+
+
+def drag_rate(hs, hf, gamma):
+    """Return K = rho/(phi (1 - phi)), dimensionless: the slip decays at the rate D K, 1/s, for D in 1/s.
+
+    Parameters
+    ----------
+    hs, hf : depths of solid and fluid, m, >= 0. K stays below 1e150: where a phase is absent no slip is left to decay.
+    gamma : density ratio in (0, 1).
+    """
+    return exchange(hs, hf, gamma)[0]
+
+
+def decayed_slip(w, t, k0, k1, m):
+    """Return the slip at time t that started as w and obeys dw/dt = -(k0 + k1 |w|^m) w.
+
+    Parameters
+    ----------
+    w : slip vf - vs at time 0, m/s.
+    t : time >= 0, s.
+    k0, k1 : rates >= 0, 1/s and (m/s)^-m/s: drag coefficients times `drag_rate`.
+    m : exponent > 0.
+    """
+    return w * decay(t, k0, k1 * np.abs(w) ** m, m)
+
+
+def decay(t, k0, k1, m):
+    """Return the share of the slip left at time t, r(0) = 1, dr/dt = -(k0 + k1 r^m) r.
+
+    exp(-k0 t) (1 + k1 (1 - exp(-m k0 t))/k0)^(-1/m); k0 = 0 and k1 = 0 are its limits.
+
+    Parameters
+    ----------
+    t : time >= 0, s.
+    k0, k1 : rates >= 0 at the start, 1/s.
+    m : exponent > 0.
+    """
+    k0 = k0 + FLOOR
+    spent = -np.expm1(-m * k0 * t) / k0
+    return np.exp(-k0 * t) * (1.0 + k1 * spent) ** (-1.0 / m)
+
+
+def slip_momentum(hs, ms, hf, mf, gamma):
+    """Return hs hf/(hs + gamma hf) (vf - vs): what the fluid must give away, and the solid get gamma times, for no slip.
+
+    Parameters
+    ----------
+    hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid.
+    gamma : density ratio in (0, 1).
+    """
+    _, solid, fluid = exchange(hs, hf, gamma)
+    return mf * solid - ms * fluid
+
+
+def velocities_from_slip(hs, hf, vs, vf, w, gamma):
+    """Return vs, vf with the slip w = vf - vs and the mixture momentum of the velocities given.
+
+    Parameters
+    ----------
+    hs, hf : depths of solid and fluid, m, not both zero.
+    vs, vf : velocities that carry the momentum hs vs + gamma hf vf, m/s.
+    w : the slip wanted, m/s.
+    gamma : density ratio in (0, 1).
+    """
+    mass = hs + gamma * hf
+    mean = (hs * vs + gamma * hf * vf) / mass
+    return mean - gamma * hf / mass * w, mean + hs / mass * w

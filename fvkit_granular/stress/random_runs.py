@@ -1,0 +1,244 @@
+"""Random scenes with every model, solver and order, in bulk: each ends, with a name for how, and loses nothing."""
+
+import time
+from collections.abc import Sequence
+from math import fsum
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import MethodOfLines, Model, Scheme, SolveError, Status, Stepper, WavePropagation
+from fvkit.backends.compiled.numba_kernel import available
+from fvkit.backends.runge_kutta import program
+from fvkit.run.interruption import keeping
+from fvkit.run.progress import Progress, counter
+from fvkit.studies.report import environment
+from fvkit_granular.stress.checks import Check
+from fvkit_granular.stress.known_limits import FEW, known_collapses
+from fvkit_granular.stress.random_report import RandomReport
+from fvkit_granular.stress.random_scenes import SETTINGS, RandomScene, random_scene, setting_of
+from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
+
+#: Steps that a run would take with the length of its first one.
+NOMINAL = 60
+
+#: The order that stands for the method of lines.
+HIGH = 5
+
+#: A run collapsed where it needs this many times its nominal steps; it is then given up.
+COLLAPSE = 20
+
+#: A run is looked at after so many steps: its state is judged, and its wall time.
+LOOK = 200
+
+#: Wall time after which a run is given up, s: thousands of times what one takes.
+SECONDS = 20.0
+
+#: Runs that one process makes in one go.
+BLOCK = 1000
+
+#: Masses below this lose digits in products: their drift is judged as if they were as large, m^2.
+LEAST_MASS = 1e-290
+
+EPS = float(np.finfo(float).eps)
+
+#: A cell's mass is rounded three times in a sweep, at random: eps/2 of it, were all of the mass in that one cell. After n sweeps
+#: the sum of such errors exceeds 8 of its standard deviations, eps sqrt(n)/2, by nothing but a mistake.
+ROUNDING = 4.0 * EPS
+
+#: What passed an end is added up step by step. A steady flow is rounded alike in every step: eps/2 of the sum, times the steps.
+ADDING = 0.5 * EPS
+
+#: Seconds for a problem, by order, and for a kernel that is not in the cache, on one core; for what `plan` says alone.
+TYPICAL, COMPILING, UNCOMPILED = {1: 0.8e-3, 2: 1.2e-3, HIGH: 6e-3}, 3.0, 60.0
+
+#: Names of how a run may end. What is neither is broken.
+ENDED, COLLAPSED = ("finished",), ("max_steps", "dt_too_small")
+
+
+def scheme_of(riemann: str, order: int) -> Scheme:
+    """Return the scheme of a solver's name and an order."""
+    solver = SOLVERS[riemann]()
+    return MethodOfLines(solver) if order == HIGH else WavePropagation(solver, order=order)
+
+
+def run_random(model: str, riemann: str, order: int, seed: int, index: int, count: int,
+               setting: str | None = None) -> dict[str, Any]:
+    """Run the problems from ``index`` to ``index + count``, of one setting or of all; return what a report adds up."""
+    scheme, kind = scheme_of(riemann, order), MODELS[model]
+    wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k))]
+    templates: dict[str, Stepper] = {}
+    started = time.perf_counter()
+    scenes = (random_scene(seed, k) for k in wanted)
+    if order == HIGH:  # the method of lines has no static friction, and refuses it
+        scenes = (attrs.evolve(scene, nu=None) for scene in scenes)
+    outcomes = [_run(kind, scheme, scene, templates) | {"index": k} for k, scene in zip(wanted, scenes, strict=True)]
+    return {"model": model, "riemann": riemann, "order": order, "problems": len(outcomes),
+            "seconds": time.perf_counter() - started, "ratios": np.array([one["ratio"] for one in outcomes]),
+            "drifts": np.array([one["drift"] for one in outcomes]), "shares": np.array([one["share"] for one in outcomes]),
+            "lowest": min((one["lowest"] for one in outcomes), default=0.0), "lost": sum(one["lost"] for one in outcomes),
+            "odd": [one for one in outcomes if one["status"] not in ENDED or one["share"] > 1.0 or not one["lowest"] >= 0.0]}
+
+
+def _run(kind: type[Model], scheme: Scheme, scene: RandomScene, templates: dict[str, Stepper]) -> dict[str, Any]:
+    """Run one scene; ``templates`` keeps a stepper for each setting, whose code serves all."""
+    named = {"class": scene.kind, "setting": scene.setting, "bottom": scene.bottom}
+    empty = {"ratio": 0.0, "lowest": 0.0, "drift": 0.0, "share": 0.0, "lost": 0}
+    try:
+        template = templates.get(scene.setting)
+        if template is None:
+            stepper = templates[scene.setting] = Stepper(scene.problem(kind), scheme, nonhyperbolic="ignore")
+            stepper = stepper.again(stepper.problem)
+        else:
+            stepper = template.again(template.problem.again(**scene.changes(kind)))
+        status, lowest = _march(stepper)
+    except Exception as error:
+        return named | empty | {"status": f"crashed: {type(error).__name__}: {error}"}
+    sweeps = 1 if scheme.time_integrator is None else len(program(scheme.time_integrator).sweeps)
+    drift, share = _drift(stepper, sweeps)
+    return named | {"status": status, "ratio": stepper.steps / NOMINAL, "lowest": lowest, "drift": drift, "share": share,
+                    "lost": stepper.stats().nonhyperbolic_faces}
+
+
+def _march(stepper: Stepper) -> tuple[str, float]:
+    """Run to the end of a scene; return how it ended, and the lowest mass of the states looked at, -inf for no number."""
+    lowest, started = _lowest(stepper), time.perf_counter()
+    try:
+        first = stepper.step()
+        lowest = min(lowest, _lowest(stepper))
+        target = min(NOMINAL * first, stepper.problem.t_end)
+        while stepper.t < target:
+            if stepper.steps >= COLLAPSE * NOMINAL:
+                return Status.MAX_STEPS.name.lower(), lowest
+            if time.perf_counter() - started > SECONDS:
+                return Status.OVER_BUDGET.name.lower(), lowest
+            stepper.run(target, min(LOOK, COLLAPSE * NOMINAL - stepper.steps))
+            lowest = min(lowest, _lowest(stepper))
+    except SolveError as error:
+        return error.status.name.lower(), min(lowest, _lowest(stepper))
+    return Status.FINISHED.name.lower(), lowest
+
+
+def _lowest(stepper: Stepper) -> float:
+    """The lowest mass of a state; -inf where a number is none."""
+    q = stepper.q
+    return float(q[list(stepper.problem.model.mass_rows())].min()) if np.isfinite(q).all() else -np.inf
+
+
+def _drift(stepper: Stepper, sweeps: int) -> tuple[float, float]:
+    """Return the largest change of a mass that its boundary fluxes do not explain, and its share of what rounding may do.
+
+    Relative to the mass at the start and what passed the ends.
+    """
+    problem, passed, drift, share = stepper.problem, stepper.snapshot()["masses"], 0.0, 0.0
+    for k, row in enumerate(problem.model.mass_rows()):
+        start, end = fsum(problem.q0[row]) * problem.grid.dx, fsum(stepper.q[row]) * problem.grid.dx
+        through = abs(passed[0, k]) + abs(passed[1, k])
+        size, change = max(start + through, LEAST_MASS), abs(end - start - (passed[0, k] - passed[1, k]))
+        allowed = ROUNDING * np.sqrt(max(stepper.steps, 1) * sweeps) * size + ADDING * stepper.steps * through
+        drift, share = max(drift, change / size), max(share, change / allowed)
+    return drift, share
+
+
+def pairs(models: Sequence[str] | None = None, riemann: Sequence[str] | None = None) -> list[tuple[str, str]]:
+    """Return the pairs of a model and a solver that serves it, of the names given, all where None.
+
+    Raises
+    ------
+    ValueError
+        Where no solver given serves a model given.
+    """
+    found = [(model, solver) for model in models or MODELS for solver in riemann or SOLVERS
+             if SOLVERS[solver].serves(MODELS[model])]
+    if not found:
+        fitting = ", ".join(name for name, solver in SOLVERS.items() if any(solver.serves(MODELS[m]) for m in models or MODELS))
+        raise ValueError(f"`riemann` must serve a model: {', '.join(riemann or ())} does not serve {', '.join(models or ())}; "
+                         f"solvers that do: {fitting}")
+    return found
+
+
+def plan(count: int, chosen: Sequence[tuple[str, str]], orders: Sequence[int], workers: int) -> str:
+    """Return what will be run, and about how long it takes."""
+    kernels = len(chosen) * len(orders) * min(len(SETTINGS), -(-count // 8))
+    seconds = len(chosen) * count * sum(TYPICAL[order] for order in orders)
+    slower = "" if available() else ", without numba"
+    running = seconds * (1.0 if available() else UNCOMPILED) / workers
+    text = f"{count} random scenes x {len(chosen)} pairs of model and solver x order {', '.join(map(str, orders))}: "
+    text += f"{count * len(chosen) * len(orders)} runs, about {_spoken(running)} on {workers} core{'s' * (workers > 1)}{slower}"
+    return text + (f", plus {_spoken(COMPILING * kernels / workers)} to compile {kernels} kernels once" if available() else "")
+
+
+def _spoken(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None, riemann: Sequence[str] | None = None,
+                  orders: Sequence[int] = (1, 2), *, first: int = 0, workers: int | None = None,
+                  progress: Progress = False) -> RandomReport:
+    """Run random scenes with models, solvers and orders, and judge every run.
+
+    Parameters
+    ----------
+    count : scenes for each model, solver and order: classes, settings and bottoms in turn, see `draws`.
+    seed : the same seed gives the same scenes.
+    models, riemann : names; all by default. Pairs that do not fit are left out.
+    orders : any of 1, 2 and 5, which is `fvkit.MethodOfLines` as it comes.
+    first : index of the first scene of the seed.
+    workers : processes; default: one per processor.
+    progress : True shows progress on stderr; or a function that receives the share done, 0 to 1.
+
+    Returns
+    -------
+    RandomReport
+        ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `limits.COLLAPSES` knows.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the RandomReport of the runs that are done, None where there are none.
+    """
+    chosen = pairs(models, riemann)
+    size = min(BLOCK, count)
+    # The first blocks of all kernels come first, so that no two processes compile the same one.
+    wanted = [{"model": model, "riemann": solver, "order": order, "seed": seed, "index": start, "setting": setting,
+               "count": min(size * len(SETTINGS), first + count - start)}
+              for start in range(first, first + count, size * len(SETTINGS))
+              for model, solver in chosen for order in orders for setting in SETTINGS]
+    found: dict[tuple[str, str, int], list[dict[str, Any]]] = {(*pair, order): [] for pair in chosen for order in orders}
+    started, done = time.perf_counter(), 0
+
+    def report() -> RandomReport:
+        return RandomReport([_row(key, parts) for key, parts in found.items() if parts], seed, first, count,
+                            *environment("fvkit", "numpy", "numba"), time.perf_counter() - started)
+
+    with keeping(lambda: report() if done else None), counter(progress, count * len(found), "run") as show:
+        for part in in_processes(run_random, wanted, workers, lambda line: None):
+            found[part["model"], part["riemann"], part["order"]].append(part)
+            done += part["problems"]
+            show(done)
+    return report()
+
+
+def _row(key: tuple[str, str, int], parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """Add up the runs of a model, a solver and an order."""
+    ratios, drifts, shares = (np.concatenate([part[name] for part in parts]) for name in ("ratios", "drifts", "shares"))
+    odd = sorted((one for part in parts for one in part["odd"]), key=lambda one: one["index"])
+    collapsed = [one for one in odd if one["status"] in COLLAPSED]
+    broken = [one for one in odd if one["status"] not in (*ENDED, *COLLAPSED)]
+    p50, p99, p999 = (float(value) for value in np.quantile(ratios, [0.5, 0.99, 0.999]))
+    checks = [Check("broken or unnamed ends", len(broken), 0),
+              Check("most negative mass", max(0.0, -min(part["lowest"] for part in parts)), 0.0),
+              Check("mass drift / rounding", float(shares.max()), 1.0)]
+    if len(ratios) >= FEW:
+        known = known_collapses(*key[:2])
+        checks += [Check("steps / nominal, 99 %", p99, known.steps),
+                   Check("collapses, share", len(collapsed) / len(ratios), known.share)]
+    return {"model": key[0], "riemann": key[1], "order": key[2], "problems": len(ratios),
+            "finished": len(ratios) - len(collapsed) - len(broken), "collapses": len(collapsed), "broken": len(broken),
+            "p50": p50, "p99": p99, "p99.9": p999, "max": float(ratios.max()), "drift": float(drifts.max()),
+            "drift/rounding": float(shares.max()), "nonhyperbolic_faces": sum(part["lost"] for part in parts),
+            "seconds": sum(part["seconds"] for part in parts), "odd": odd,
+            "checks": [{**check._asdict(), "passed": check.passed} for check in checks]}

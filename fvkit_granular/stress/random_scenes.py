@@ -1,0 +1,175 @@
+"""Random scenes: two states side by side over a random bottom, in classes from mild to absurd, the same for the same seed."""
+
+from typing import Any, NamedTuple
+
+import attrs
+import numpy as np
+
+from fvkit import BoundaryCondition, Grid, Model, Outflow, Periodic, Problem, Source, Wall
+from fvkit_granular.sources.drag import ConstantDrag, VelocityDrag
+from fvkit_granular.sources.friction import CoulombFriction
+
+#: Cells of the metre that a scene is long.
+CELLS = 60
+
+#: No run takes longer, s: where nothing is deep enough to move, the first step is as long as it can be.
+LONGEST = 100.0
+
+#: The classes, drawn in turn. Depths in metres; half of all draws have a bottom step of up to 2 m.
+CLASSES = {
+    "generic": "depths 0.01 to 5, velocities up to 3 m/s", "thin": "depths down to 1e-12", "vanishing": "depths down to 1e-300",
+    "one phase": "solid fraction 0, 1, 1e-12 or 1 - 1e-12", "fast": "Froude numbers up to 50, more over hills",
+    "slipping": "slip in and around the range of complex speeds", "dry side": "a side, or one of its phases, absent",
+    "one velocity": "both phases move together",
+}
+
+#: Boundaries and sources, in turn too: each is a kernel of its own, so the classes and bottoms share three.
+SETTINGS = {"box": "walls, no sources", "channel": "open ends, constant drag",
+            "ring": "periodic, drag that grows with the slip, dry friction"}
+
+
+#: Bottoms, in turn.
+BOTTOMS = {"step": "flat, or a step of up to 2 m", "noise": "a random height in every cell, up to 2 m",
+           "slope": "a slope up to 10 m/m", "islands": "one to four hills or blocks up to 2 m, which the water does not cover"}
+
+
+#: The datum of every bottom, m: kernels for a bottom that is 0 everywhere have other code.
+DATUM = 1.0
+
+
+class Draw(NamedTuple):
+    """A Riemann problem: depth, solid fraction and velocities of both sides, and the height of the right bottom."""
+
+    h: np.ndarray
+    phi: np.ndarray
+    vs: np.ndarray
+    vf: np.ndarray
+    step: float
+
+
+def kind_of(index: int) -> str:
+    """The class of a draw."""
+    return list(CLASSES)[index % len(CLASSES)]
+
+
+def setting_of(index: int) -> str:
+    """The setting of a random scene."""
+    return list(SETTINGS)[index // len(CLASSES) % len(SETTINGS)]
+
+
+def bottom_of(index: int) -> str:
+    """The kind of bottom of a random scene."""
+    return list(BOTTOMS)[index // (len(CLASSES) * len(SETTINGS)) % len(BOTTOMS)]
+
+
+def draw(seed: int, index: int, g: float = 9.81, gamma: float = 0.5) -> tuple[str, Draw]:
+    """Return the class and the data of a problem; the same for the same seed and index."""
+    rng = np.random.default_rng([seed, index])
+    kind = kind_of(index)
+    h, phi, (vs, vf) = rng.uniform(0.01, 5.0, 2), rng.uniform(0.0, 1.0, 2), rng.uniform(-3.0, 3.0, (2, 2))
+    if kind in ("thin", "vanishing"):
+        h = 10.0 ** rng.uniform(-12.0 if kind == "thin" else -300.0, np.log10(5.0), 2)
+    elif kind == "one phase":
+        phi = rng.choice([0.0, 1.0, 1e-12, 1.0 - 1e-12], 2)
+    elif kind == "fast":
+        vs = rng.uniform(-50.0, 50.0, 2) * np.sqrt(g * h)
+        vf = vs + rng.uniform(-0.5, 0.5, 2)
+    elif kind == "slipping":
+        beta = np.sqrt(0.5 * (1.0 - phi) * (1.0 - gamma))
+        vs = vf + rng.choice([-1.0, 1.0], 2) * np.sqrt(g * h) * rng.uniform(1.6 * beta, 2.2)
+    elif kind == "dry side":
+        side = rng.integers(0, 2)
+        what = rng.integers(0, 3)
+        h[side], phi[side] = (0.0, 0.5) if what == 0 else (h[side], float(what - 1))
+    elif kind == "one velocity":
+        vf = vs.copy()
+    return kind, Draw(h, phi, vs, vf, rng.uniform(-2.0, 2.0) if rng.random() < 0.5 else 0.0)
+
+
+@attrs.frozen(eq=False)
+class RandomScene:
+    """A random scene, for any model.
+
+    Parameters
+    ----------
+    kind, setting, bottom : keys of `CLASSES`, `SETTINGS` and `BOTTOMS`.
+    gamma : density ratio, .05 to .98.
+    flow : depth, m, solid fraction, velocities of solid and fluid, m/s, each (CELLS,).
+    b : height of the bottom, m, (CELLS,).
+    drag : D and its growth with the slip, 1/s and 1/m: 0, or 1e-3 to 1e12.
+    nu : coefficient of friction, 0 to 2; None for no friction.
+    """
+
+    kind: str
+    setting: str
+    bottom: str
+    gamma: float
+    flow: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    b: np.ndarray
+    drag: tuple[float, float]
+    nu: float | None
+
+    def model(self, kind: type[Model]) -> Model:
+        """Return a model of a class with the scene's density ratio, where it has one."""
+        return kind(**{"gamma": self.gamma} if "gamma" in kind.parameter_names() else {})
+
+    def boundary(self) -> BoundaryCondition:
+        """Return the boundary of both ends."""
+        given: dict[str, BoundaryCondition] = {"box": Wall(), "channel": Outflow(), "ring": Periodic(drop=0.0)}
+        return given[self.setting]
+
+    def sources(self, model: Model) -> tuple[Source, ...]:
+        """Return the sources; no drag for models with one velocity."""
+        given: dict[str, tuple[Source, ...]] = {
+            "box": (), "channel": (ConstantDrag(self.drag[0]),),
+            "ring": (VelocityDrag(*self.drag), *(() if self.nu is None else (CoulombFriction(self.nu),)))}
+        return tuple(one for one in given[self.setting] if len(model.phases) > 1 or not one.between_phases)
+
+    def changes(self, kind: type[Model]) -> dict[str, Any]:
+        """Return what `fvkit.Problem.again` takes to make this scene of another one in the same setting."""
+        model = self.model(kind)
+        return {"model": model, "initial": model.conserved_from(*self.flow),  # type: ignore[attr-defined]
+                "aux": {"b": self.b}, "sources": self.sources(model)}
+
+    def problem(self, kind: type[Model]) -> Problem:
+        """Return the problem for a class of models."""
+        return Problem(grid=Grid(0.0, 1.0, CELLS), t_end=LONGEST, boundary=self.boundary(), **self.changes(kind))
+
+
+def random_scene(seed: int, index: int) -> RandomScene:
+    """Return a random scene; the same for the same seed and index."""
+    rng = np.random.default_rng([seed, index, 1])
+    gamma = float(rng.uniform(0.05, 0.98))
+    kind, drawn = draw(seed, index, gamma=gamma)
+    setting, bottom = setting_of(index), bottom_of(index)
+    side = (np.arange(CELLS) >= CELLS // 2).astype(int)
+    h, phi, vs, vf = (values[side] for values in drawn[:4])
+    if kind == "one phase" and rng.random() < 0.5:
+        rare = 10.0 ** rng.uniform(-16.0, -1.0, 2)
+        phi = np.where(rng.random(2) < 0.5, rare, 1.0 - rare)[side]
+    shape, level = _shape(bottom, drawn.step * side, rng)
+    if level:
+        h = np.maximum(h - shape, 0.0)
+    nu = 0.0 if rng.random() < 0.1 else float(rng.uniform(0.0, 2.0))
+    return RandomScene(kind, setting, bottom, gamma, (h, phi, vs, vf), DATUM + shape, (_drag(rng), _drag(rng)), nu)
+
+
+def _drag(rng: np.random.Generator) -> float:
+    return 0.0 if rng.random() < 0.2 else float(10.0 ** rng.uniform(-3.0, 12.0))
+
+
+def _shape(bottom: str, step: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, bool]:
+    """Return the height of a bottom, m, and whether depths count from the level 0 rather than from the bottom."""
+    if bottom == "step":
+        return step, False
+    height, x = 10.0 ** rng.uniform(-3.0, np.log10(2.0)), (np.arange(CELLS) + 0.5) / CELLS
+    if bottom == "noise":
+        return height * rng.uniform(-1.0, 1.0, CELLS), bool(rng.random() < 0.5)
+    if bottom == "slope":
+        return rng.choice([-1.0, 1.0]) * 5.0 * height * (x - 0.5), bool(rng.random() < 0.5)
+    shape, block = np.zeros(CELLS), rng.random() < 0.5
+    for _ in range(rng.integers(1, 5)):
+        distance = np.abs(x - rng.uniform(0.0, 1.0)) / rng.uniform(0.02, 0.2)
+        inside = distance < 1.0
+        shape = np.maximum(shape, height * np.where(inside, 1.0 if block else np.cos(0.5 * np.pi * distance) ** 2, 0.0))
+    return shape, True

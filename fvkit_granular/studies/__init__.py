@@ -1,0 +1,1 @@
+"""Studies of scenes: comparisons, benchmarks, advice on the model."""

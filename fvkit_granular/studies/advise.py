@@ -1,0 +1,167 @@
+"""`advise`: which model, scheme and number of cells a scene needs, from its initial state alone."""
+
+
+import attrs
+import numpy as np
+
+from fvkit import Outflow, Periodic, Wall, validation
+from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
+from fvkit_granular.sources.drag import ConstantDrag, Drag
+from fvkit_granular.sources.friction import BasalFriction, CoulombFriction
+from fvkit_granular.studies.grid_error_estimate import MOST, resolution
+from fvkit_granular.studies.model_error_indicators import Indicators, indicators, sampled
+
+#: Predictions are doubled before a cheaper model is recommended.
+SAFETY = 2.0
+#: Nanoseconds per cell and step, compiled, second order, N = 1000 (docs/speed.md): Roe, Relaxation.
+NANOSECONDS = {"two-phase": (40.0, 24.0), "reduced": (14.0, 16.0), "shallow-water": (8.0, 12.0)}
+#: The fifth-order method costs this many second-order steps of the same length in time: ten stages, Courant number 2.4.
+COSTLIER = 7.5
+#: Below this tolerance high order pays for smooth flow.
+FINE = 1e-4
+#: The ground of the validation: relief over the mean depth, Froude number at the start, density ratios.
+UNEVEN, FAST, LIGHT, HEAVY = 0.5, 1.0, 0.2, 0.8
+
+
+@attrs.frozen
+class Advice:
+    """What a scene needs for a tolerance of the mean error of the depth over the mean depth.
+
+    Attributes
+    ----------
+    scene : name of the scene.
+    tol : the tolerance.
+    numbers : the `Indicators` of the scene.
+    model : cheapest of ``"shallow-water"``, ``"reduced"``, ``"two-phase"`` whose doubled prediction is below ``tol``.
+    scheme : the scheme, as it is written.
+    cells : number of cells whose estimated error is ``tol``.
+    grid_error : estimated error of that grid.
+    seconds : expected run time, compiled, stepping only.
+    jumps : whether the flow holds jumps, from the start or before the end.
+    slope : steepest slope of the bottom that the flow may reach; above 15 degrees it is among the warnings.
+    warnings : why the advice may fail; empty on the ground on which it was validated.
+    valid : whether model errors are predicted: False for what the prediction was never validated for; then the full model is
+        named, and ``numbers.reduced`` and ``numbers.shallow`` mean nothing.
+    """
+
+    scene: str
+    tol: float
+    numbers: Indicators
+    model: str
+    scheme: str
+    cells: int
+    grid_error: float
+    seconds: float
+    jumps: bool
+    slope: float
+    warnings: tuple[str, ...]
+    valid: bool
+
+    def text(self) -> str:
+        """Return the advice as lines of text."""
+        n = self.numbers
+        needed = {"two-phase": "the full model is needed", "reduced": "the reduced model suffices",
+                  "shallow-water": "shallow water suffices"}[self.model]
+        predicted = (f"predicted model error, doubled to decide: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e}"
+                     if self.valid else
+                     "predicted model error: not valid here, see the cautions; `fvkit advise SCENE --check` measures it")
+        needed = needed if self.valid else "the full model, since no prediction is valid here,"
+        lines = [f"{self.scene or 'scene'}: {needed} for an error of the depth of {self.tol:g} (mean, over the mean depth)",
+                 f"  phi {n.phi:.3g}, varying by {n.phi_range:.2g}, spreads over {n.spread:.3g} m; drag K T = {n.damping:.3g}",
+                 f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of 2 a beta; dry share {n.dry_share:.0%}",
+                 f"  {predicted}",
+                 f"  scheme: {self.scheme}, {self.cells} cells (estimated grid error {self.grid_error:.1e}, "
+                 f"{'with jumps' if self.jumps else 'smooth'}), about {_duration(self.seconds)} compiled"]
+        if self.slope > 0.0 and not is_steep(self.slope):
+            lines.append(f"  {sentence(self.slope)}")
+        return "\n".join(lines + [f"  caution: {warning}" for warning in self.warnings])
+
+    def __str__(self) -> str:
+        return self.text()
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.2g} ms"
+
+
+def advise(scene: Scene, tol: float = 1e-3) -> Advice:
+    """Return which model, scheme and grid a scene needs. Nothing is run.
+
+    The model is the cheapest whose predicted error, doubled, is below the tolerance; how the prediction is made stands in
+    `fvkit_granular.studies.model_error_indicators`, how good it is in docs/model_choice.md. The number of cells is a rule of
+    thumb: an error from the jumps and the curvature of the initial state, see `fvkit_granular.studies.grid_error_estimate`.
+
+    Parameters
+    ----------
+    scene : the scene.
+    tol : wanted mean error of the depth over the mean depth, in (0, 1).
+
+    Returns
+    -------
+    Advice
+
+    Raises
+    ------
+    ValueError
+        If the scene is dry everywhere, or ``tol`` is out of range.
+    """
+    scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
+    tol = validation.real(tol, "tol", above=0.0, below=1.0)
+    state = sampled(scene)
+    numbers = indicators(scene, state)
+    speed = np.maximum(np.abs(state["vs"]), np.abs(state["vf"]))
+    slope = within_reach(state["b"], state["x"][1] - state["x"][0], state["h"], speed, scene.g, scene.sides())
+    beyond, rougher = _warnings(scene, state, numbers, slope)
+    model = "two-phase" if beyond else decide(numbers.reduced, numbers.shallow, tol)
+    grid = resolution(scene, state, numbers, two_phase=model == "two-phase")
+    high = grid.smooth and tol < FINE
+    cells = grid.cells(tol, high)
+    error = grid.error(cells, high)
+    relaxed = numbers.dry_share > 0.0 or bool((np.minimum(state["phi"], 1.0 - state["phi"]) <= 0.0).any())
+    solver = "Relaxation" if relaxed else "Roe"
+    scheme = f"MethodOfLines({solver}, MP5)" if high else f"WavePropagation({solver}, MC), order 2"
+    steps = scene.t_end * (numbers.froude + 1.0) * numbers.speed * cells / (0.9 * grid.interval)
+    seconds = 1e-9 * NANOSECONDS[model][int(relaxed)] * (COSTLIER if high else 1.0) * cells * steps
+    coarse = (f"the tolerance needs more than {MOST} cells",) if error > 1.01 * tol else ()
+    return Advice(scene.name, tol, numbers, model, scheme, cells, error, seconds, grid.jump > 0.0, slope,
+                  beyond + rougher + coarse, not beyond)
+
+
+def decide(reduced: float, shallow: float, tol: float) -> str:
+    """Return the cheapest model whose predicted error, doubled, is below ``tol``."""
+    if SAFETY * shallow < tol:
+        return "shallow-water"
+    return "reduced" if SAFETY * reduced < tol else "two-phase"
+
+
+def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
+              slope: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what takes the ground away on which the prediction was validated, and what only makes it rougher."""
+    sources, sides = scene.given_sources(), scene.sides()
+    friction = [source for source in sources if isinstance(source, BasalFriction)]
+    reached = numbers.speed * (1.0 + numbers.froude) * scene.t_end / (scene.interval[1] - scene.interval[0])
+    uneven = float(np.ptp(state["b"])) / numbers.depth
+    differ = bool(friction) or numbers.reduced > 0.0 or numbers.shallow > 0.0
+    beyond = [
+        (numbers.slip > 0.8, "the slip comes near the range where speeds are complex and the problem is ill-posed"),
+        (numbers.dry_share > 0.0 and numbers.phi_range > 0.3, "steep phi with dry ground"),
+        (bool(friction) and (uneven > 0.0 or not all(isinstance(law, CoulombFriction) for law in friction)),
+         "friction at the bed other than Coulomb's on level ground"),
+        (any(isinstance(source, Drag) and not isinstance(source, ConstantDrag) for source in sources),
+         "variable drag: K is that of the mean state at the start"),
+        (any(not isinstance(source, (Drag, BasalFriction)) for source in sources), "sources that the prediction does not know"),
+        (any(side.closed for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
+         "run is predicted"),
+        (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
+        (not all(isinstance(side, (Outflow, Wall, Periodic)) for side in sides), "what the inflow brings is not in the "
+         "prediction, nor what ends do that are neither walls, periodic nor fv.Outflow()"),
+        (differ and uneven > UNEVEN, f"a bottom that varies by more than {UNEVEN:g} of the mean depth"),
+        (differ and numbers.froude > FAST, f"a flow that starts with a Froude number above {FAST:g}"),
+        (differ and not LIGHT <= scene.gamma <= HEAVY, f"a density ratio gamma outside {LIGHT:g} to {HEAVY:g}"),
+    ]
+    rougher = [(is_steep(slope), f"{sentence(slope)}, which no model and no grid removes"),
+               (bool(friction), "friction at the bed: shallow water has no buoyancy, and predictions are rougher "
+                                "(docs/model_choice.md)")]
+    first = tuple(text for holds, text in beyond if holds)
+    return first, tuple(text for holds, text in rougher if holds and not any(known.startswith("friction") for known in first))

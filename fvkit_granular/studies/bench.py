@@ -1,0 +1,243 @@
+"""`bench`: nanoseconds per cell and step against the number of cells, for every model, solver, backend and order."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+import attrs
+import numpy as np
+from matplotlib.figure import Figure
+
+from fvkit import (
+    HLL,
+    Grid,
+    MethodOfLines,
+    Model,
+    Periodic,
+    Problem,
+    RiemannSolver,
+    Roe,
+    Rusanov,
+    Scheme,
+    Stepper,
+    WavePropagation,
+    validation,
+)
+from fvkit.backends.compiled.numba_kernel import available
+from fvkit.files import write_whole
+from fvkit.output.figures import new_axes, style
+from fvkit.pointwise.part import public_name
+from fvkit.run.interruption import keeping
+from fvkit.studies.report import environment
+from fvkit.studies.tables import table
+from fvkit_granular.models.reduced import Reduced
+from fvkit_granular.models.relaxation import Relaxation
+from fvkit_granular.models.shallow_water import ShallowWater
+from fvkit_granular.models.two_phase import TwoPhase
+from fvkit_granular.studies.bench_pyclaw import pyclaw_runs
+
+#: Orders that can be measured; 5 is one stage of the method of lines, MP5.
+ORDERS = (1, 2, 5)
+
+#: A timed block takes about this long, s, and at least this many steps.
+BLOCK, LEAST_STEPS = 0.05, 3
+
+Run = Callable[[int], float]
+
+
+class Case(NamedTuple):
+    """What is measured: everything but the number of cells."""
+
+    model: str
+    riemann: str
+    order: int
+    backend: str
+
+    @property
+    def label(self) -> str:
+        """For legends."""
+        return f"{self.model} {self.riemann}, order {self.order}, {self.backend}"
+
+
+def flow(model: Model, cells: int) -> Problem:
+    """Smooth periodic waves over a smooth bottom, with slip where the model has it: no cell is constant."""
+    def initial(x: np.ndarray) -> np.ndarray:
+        h = 1.0 + 0.4 * np.exp(-100.0 * (x - 0.4) ** 2) - bottom(x)
+        return model.conserved_from(h, 0.5 + 0.2 * np.sin(2.0 * np.pi * x), 0.1, -0.1)  # type: ignore[attr-defined]
+
+    return Problem(model, Grid(0.0, 1.0, cells), initial, 1e9, aux={"b": bottom}, boundary=Periodic())
+
+
+def bottom(x: np.ndarray) -> np.ndarray:
+    """Return 0.1 sin(2 pi x)."""
+    return 0.1 * np.sin(2.0 * np.pi * x)
+
+
+def stepping(model: Model, riemann: RiemannSolver, order: int, backend: str, cells: int) -> Run:
+    """Return a function that takes k steps and returns the seconds per step, of order 5 per stage, stepping alone."""
+    scheme: Scheme = MethodOfLines(riemann) if order == 5 else WavePropagation(riemann, order=order)
+    stages = 1 if scheme.time_integrator is None else len(scheme.time_integrator.beta)
+    stepper = Stepper(flow(model, cells), scheme, backend=backend, nonhyperbolic="ignore")
+
+    def run(steps: int) -> float:
+        before = stepper.stats().seconds
+        stepper.run(np.inf, steps)
+        return (stepper.stats().seconds - before) / steps / stages
+
+    return run
+
+
+def measure(runs: dict[Case, Run], cells: int, repeats: int) -> list[dict[str, Any]]:
+    """Time all runs, interleaved, after a warm-up; return one row each."""
+    steps = {}
+    for case, run in runs.items():
+        run(LEAST_STEPS)
+        steps[case] = max(LEAST_STEPS, int(BLOCK / run(LEAST_STEPS)))
+    times: dict[Case, list[float]] = {case: [] for case in runs}
+    for _ in range(repeats):
+        for case, run in runs.items():
+            times[case].append(run(steps[case]))
+    return [{**case._asdict(), "cells": cells, "steps": steps[case], "ns_per_cell_step": 1e9 * median(values) / cells,
+             "ns_per_cell_step_min": 1e9 * min(values) / cells} for case, values in times.items()]
+
+
+@attrs.frozen
+class Bench:
+    """Result of a benchmark: rows, and where they were measured."""
+
+    rows: list[dict[str, Any]] = attrs.field(repr=lambda rows: f"<{len(rows)} rows>")
+    machine: dict[str, Any]
+    versions: dict[str, str]
+
+    def series(self) -> dict[Case, list[dict[str, Any]]]:
+        """Rows that differ only in their number of cells."""
+        result: dict[Case, list[dict[str, Any]]] = {}
+        for row in self.rows:
+            result.setdefault(Case(*(row[field] for field in Case._fields)), []).append(row)
+        return result
+
+    def ratios(self) -> list[str]:
+        """PyClaw's time over ours for shallow water, at each number of cells."""
+        series, lines = self.series(), []
+        ours = {order: {row["cells"]: row["ns_per_cell_step"]
+                        for row in series.get(Case("shallow-water", "roe", order, "numba"), [])} for order in (1, 2)}
+        for case, rows in series.items():
+            if case.backend == "pyclaw":
+                found = [f"{row['ns_per_cell_step'] / ours[case.order][row['cells']]:.1f} at {row['cells']}" for row in rows
+                         if row["cells"] in ours[case.order]]
+                lines.append(f"PyClaw's Fortran ({case.riemann}) takes x our compiled Roe: {', '.join(found)} cells")
+        return lines
+
+    def table(self) -> str:
+        """Return one line per case, a column per number of cells: median, in brackets minimum."""
+        cells = sorted({row["cells"] for row in self.rows})
+        lines = [["ns per cell and step", *(f"N = {count}" for count in cells)]]
+        for case, rows in self.series().items():
+            found = {row["cells"]: f"{row['ns_per_cell_step']:.1f} ({row['ns_per_cell_step_min']:.1f})" for row in rows}
+            lines.append([case.label, *(found.get(count, "-") for count in cells)])
+        versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
+        machine = f"{self.machine['processor']}, one thread; {versions}"
+        note = "median (minimum) of interleaved repeats, stepping only"
+        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios(), *self.stages()])
+
+    def stages(self) -> list[str]:
+        """Time of a stage of order 5 over that of a second-order step with Roe's solver, at each number of cells."""
+        series, lines = self.series(), []
+        for case, rows in series.items():
+            step = series.get(case._replace(riemann="roe", order=2), [])
+            steps = {row["cells"]: row["ns_per_cell_step"] for row in step}
+            found = [f"{row['ns_per_cell_step'] / steps[row['cells']]:.2f} at {row['cells']}" for row in rows
+                     if row["cells"] in steps]
+            if case.order == 5 and found:
+                lines.append(f"{case.label}: a stage takes x a second-order Roe step: {', '.join(found)} cells")
+        return lines
+
+    def plot(self) -> Figure:
+        """Return the picture: a panel per model."""
+        models = list(dict.fromkeys(case.model for case in self.series()))
+        figure, axes = new_axes(1, len(models), width=4.6, height=4.6)
+        solvers = list(dict.fromkeys(case.riemann for case in self.series()))
+        for ax, model in zip(axes, models, strict=True):
+            for case, rows in self.series().items():
+                if case.model == model:
+                    dash = {"numba": "-", "numpy": "--"}.get(case.backend, ":")
+                    look = style(solvers.index(case.riemann)) | {"linestyle": dash}
+                    ax.loglog([row["cells"] for row in rows], [row["ns_per_cell_step"] for row in rows], **look, markersize=4,
+                              linewidth=2.0 if case.order == 2 else 0.9,
+                              label=f"{case.riemann}, order {case.order}, {case.backend}")
+            ax.set(title=model, xlabel="cells", ylabel="ns per cell and step")
+            ax.grid(which="major", alpha=0.35)
+        handles = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize="x-small", frameon=False)
+        return figure
+
+    def save(self, folder: str | Path) -> Path:
+        """Write bench.json and bench.png into ``folder``, which is made if missing."""
+        target = Path(folder)
+        target.mkdir(parents=True, exist_ok=True)
+        document = {"machine": self.machine, "versions": self.versions, "rows": self.rows}
+        write_whole(target / "bench.json", lambda file: file.write(json.dumps(document, indent=1).encode()))
+        figure = self.plot()
+        write_whole(target / "bench.png", lambda file: figure.savefig(file, format="png", dpi=130))
+        return target
+
+
+def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[int] = (1, 2),
+          backends: Sequence[str] | None = None, repeats: int = 5, progress: Callable[[str], None] | None = None) -> Bench:
+    """Measure every model, solver, backend and order at every number of cells, interleaved.
+
+    Parameters
+    ----------
+    cells, orders : what to measure; order 5 is a stage of `fvkit.MethodOfLines`.
+    backends : ``"numba"`` and ``"numpy"``; default: those that are installed.
+    repeats : timed blocks of each, of about 0.05 s.
+    progress : function that receives a line of text now and then.
+
+    Returns
+    -------
+    Bench
+        PyClaw's Fortran solvers for shallow water are measured in the same run where ``clawpack`` is installed.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C; its attribute ``result`` is the Bench of the numbers of cells that are done, None where there are none.
+    """
+    tell = progress or (lambda line: None)
+    for order in orders:
+        validation.choice(order, "orders", ORDERS)
+    chosen = backends or (("numba", "numpy") if available() else ("numpy",))
+    rows: list[dict[str, Any]] = []
+
+    def report() -> Bench:
+        return Bench(rows, *environment("fvkit", "numpy", "numba", "clawpack"))
+
+    with keeping(lambda: report() if rows else None):
+        for count in cells:
+            rows += _cases(count, orders, chosen, repeats, tell)
+    return report()
+
+
+def _cases(count: int, orders: Sequence[int], backends: Sequence[str], repeats: int,
+           tell: Callable[[str], None]) -> list[dict[str, Any]]:
+    """Measure everything with a number of cells."""
+    runs: dict[Case, Run] = {}
+    for model in (TwoPhase(), Reduced(), ShallowWater()):
+        for riemann in (Relaxation(), Roe(), HLL(), Rusanov()):
+            for order in orders:
+                for backend in backends:
+                    case = Case(public_name(model), public_name(riemann), order, backend)
+                    tell(f"N = {count}: preparing {case.label}")
+                    runs[case] = stepping(model, riemann, order, backend, count)
+    if find_spec("clawpack") is not None:
+        runs |= {Case("shallow-water", name, order, "pyclaw"): run
+                 for (name, order), run in pyclaw_runs(count, [order for order in orders if order < 5], bottom).items()}
+    tell(f"N = {count}: measuring {len(runs)} cases")
+    started = time.perf_counter()
+    rows = measure(runs, count, repeats)
+    tell(f"N = {count}: {time.perf_counter() - started:.0f} s")
+    return rows
