@@ -48,7 +48,7 @@ nitpick_ignore_regex = [
     ("py:obj", r"concurrent\.futures\..*"),
     # Names as seen from within their class or module, or as the examples abbreviate them.
     ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|Status\.OVER_BUDGET|Part\.defines"),
-    ("py:obj", r"acted|values|cross|Continued|Indicators|StepLength|fv\.sweep|gr\.steady|debris-slope"),
+    ("py:obj", r"acted|values|cross|Continued|Indicators|fv\.sweep|gr\.steady|debris-slope"),
 ]
 # Options of commands begin with two hyphens.
 smartquotes = False

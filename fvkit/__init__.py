@@ -14,21 +14,25 @@ from typing import Any
 
 from fvkit.output.citation import VERSION as __version__
 from fvkit.output.load import load
+from fvkit.output.save import save
 from fvkit.output.solution import Solution
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import maximum, minimum, where
 from fvkit.pointwise.contract import PointwiseError
 from fvkit.problem.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
 from fvkit.problem.grid import Grid
-from fvkit.problem.model import Model
+from fvkit.problem.model import Model, Phase
 from fvkit.problem.problem import Problem
 from fvkit.problem.sources import Forcing, Source
 from fvkit.problem.teaching_models import Acoustics, Advection, Burgers
 from fvkit.run.checkpoint import Checkpoint
+from fvkit.run.limits import Limits
 from fvkit.run.observers import Extremes, Gauge, Observer
+from fvkit.run.recording import Stream
 from fvkit.run.resume import resume
 from fvkit.run.rhs import rhs
 from fvkit.run.solve import solve
+from fvkit.run.step_length import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop, StopAtRest
 from fvkit.schemes.integrators import ARK4, DP5, SSPRK3, SSPRK104, Integrator
@@ -69,6 +73,7 @@ __all__ = [
     "Interrupted",
     "Keep",
     "Limiter",
+    "Limits",
     "MethodOfLines",
     "Minmod",
     "Model",
@@ -77,6 +82,7 @@ __all__ = [
     "OrderError",
     "Outflow",
     "Periodic",
+    "Phase",
     "PointwiseError",
     "Problem",
     "PyClawRiemann",
@@ -92,10 +98,12 @@ __all__ = [
     "Splitting",
     "Stats",
     "Status",
+    "Step",
     "Stepper",
     "Stop",
     "StopAtRest",
     "Strang",
+    "Stream",
     "Superbee",
     "SweepResult",
     "ThirdOrder",
@@ -109,6 +117,7 @@ __all__ = [
     "minimum",
     "resume",
     "rhs",
+    "save",
     "solve",
     "sweep",
     "where",

@@ -236,6 +236,11 @@ def physical() -> float:
         return float("inf")
 
 
+def cores() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def check(count: int, floats: int, name: str) -> None:
     """Raise ValueError where ``count`` items of so many floats, which the argument ``name`` asks for, exceed the memory."""
     needed, there = 8.0 * floats * count, physical()

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from fvkit_granular import scenes
-from fvkit_granular.boundaries import GivenFlow, Hydrograph, Stage, UniformSlope
+from fvkit_granular.boundaries import FixedLevel, GivenFlow, Hydrograph, UniformSlope
 from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
 from fvkit_granular.models.pitman_le import PitmanLe
 from fvkit_granular.models.reduced import Reduced
@@ -31,11 +31,47 @@ if TYPE_CHECKING:
     from fvkit_granular import exact, plots
 
 __all__ = [
-    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Front", "FunctionReference", "GivenFlow", "Hydrograph",
-    "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Scene",
-    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "Stage", "SteepSlopeWarning", "TwoLayer", "TwoPhase",
-    "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "plots", "scene", "scene_names",
-    "scene_text", "scenes", "shapes", "steady",
+    "Advice",
+    "BasalFriction",
+    "ConstantDrag",
+    "CoulombFriction",
+    "Drag",
+    "FixedLevel",
+    "Front",
+    "FunctionReference",
+    "GivenFlow",
+    "Hydrograph",
+    "Manning",
+    "MovingEquilibrium",
+    "PitmanLe",
+    "PitmanLeDrag",
+    "Profile",
+    "Rain",
+    "Reduced",
+    "Reference",
+    "Relaxation",
+    "Scene",
+    "SceneRun",
+    "SelfConverged",
+    "ShallowWater",
+    "ShapedFlow",
+    "SteepSlopeWarning",
+    "TwoLayer",
+    "TwoPhase",
+    "UniformSlope",
+    "VelocityDrag",
+    "Voellmy",
+    "advise",
+    "compare",
+    "exact",
+    "load_scene",
+    "plots",
+    "scene",
+    "scene_names",
+    "scene_text",
+    "scenes",
+    "shapes",
+    "steady",
 ]
 
 

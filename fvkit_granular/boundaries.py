@@ -95,7 +95,7 @@ class Hydrograph(Continued):
         check_tables(self, self.times, discharge=self.discharge, phi=self.phi, depth=depth)
         if min(self.discharge) < 0.0:
             raise ValueError(f"`discharge` of a Hydrograph must be >= 0, which flows in, got {min(self.discharge):g}: "
-                             "what flows out is for fv.Outflow or gr.Stage")
+                             "what flows out is for fv.Outflow or gr.FixedLevel")
         if not 0.0 <= min(self.phi) <= max(self.phi) <= 1.0:
             raise ValueError(f"`phi` of a Hydrograph must be in [0, 1], got {list(self.phi)}")
         if min(depth) < 0.0 or ((np.array(depth) == 0.0) & (np.array(self.discharge) > 0.0)).any():
@@ -163,7 +163,7 @@ LOWER, STILL = 0.8, 7.0
 
 
 @attrs.frozen
-class Stage(Continued):
+class FixedLevel(Continued):
     """A lake or sea of given level at the end: the depth of the ghost cells is the level less the bottom there.
 
     The flow passes in or out as the difference of levels has it. One that leaves faster than its waves does not feel it, unless
@@ -195,7 +195,7 @@ class Stage(Continued):
     def breaks(self) -> tuple[float, ...]:
         return () if self.steady or callable(self.level) else self.times
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Stage":
+    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "FixedLevel":
         result = super().placed(left, model, grid, aux)
         object.__setattr__(result, "bottom", float(aux["b"][0 if left else -1]) if "b" in aux else 0.0)
         object.__setattr__(result, "inward", 1.0 if left else -1.0)
@@ -204,7 +204,7 @@ class Stage(Continued):
     def at(self, t: float) -> float:
         """Return the level at time t, s."""
         if callable(self.level):
-            return validation.real(self.level(t), f"level of a Stage at t = {t:g}")
+            return validation.real(self.level(t), f"level of a FixedLevel at t = {t:g}")
         return at_time(t, self.times, self.level)
 
     def values(self, model: Model, t: float) -> tuple[float, ...]:

@@ -62,7 +62,7 @@ def burgers(amplitude, cells):
 
 def blows_up(cells):
     problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, cells), lambda x: 1.0 + x[None], 1.0)
-    return fv.solve(problem, fv.WavePropagation(fv.Roe()), max_steps=3, backend="numpy", throw=False)
+    return fv.solve(problem, fv.WavePropagation(fv.Roe()), limits=fv.Limits(steps=3), backend="numpy", throw=False)
 
 
 def interrupted(x):

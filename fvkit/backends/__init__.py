@@ -5,7 +5,7 @@ import warnings
 
 from fvkit import validation
 from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
-from fvkit.backends.compiled.threads import ThreadedKernel
+from fvkit.backends.compiled.threads import SMALLEST, ThreadedKernel
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import March, Outcome
 from fvkit.backends.numpy_kernel import NumpyKernel, StagedNumpyKernel
@@ -28,6 +28,7 @@ __all__ = [
     "array_kernel",
     "backend_for",
     "make_kernel",
+    "threads_for",
 ]
 
 
@@ -43,6 +44,14 @@ def backend_for(riemann: RiemannSolver, backend: str) -> str:
     if not riemann.compilable and backend == "numba":
         raise ValueError(f"{type(riemann).__name__} needs whole arrays: use backend='numpy' or 'auto', got 'numba'")
     return backend
+
+
+def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: str) -> int:
+    """Return a number of threads; ``"all"`` stands for the cores of this process where threads pay, else for one."""
+    if threads != "all":
+        return validation.whole(threads, "threads", at_least=1, hint='or "all"')
+    pays = problem.grid.num_cells >= SMALLEST and scheme.time_integrator is None and scheme.riemann.compilable and available()
+    return validation.cores() if pays and backend_for(scheme.riemann, backend) != "numpy" else 1
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:

@@ -152,11 +152,16 @@ def _instance(data: Mapping[str, Any], name: str) -> Any:
         raise ValueError(f"{name}, a {kind.__name__}, cannot be made from its fields: {error}") from None
 
 
+#: Names of classes in files of the version before.
+RENAMED = {"Stage": "FixedLevel", "StepLength": "Step"}
+
+
 def _find(name: Any, module: Any, place: str) -> type:
     """The class of that name: of that module, the last defined; or of any module if there is but one."""
+    name = RENAMED.get(name, name) if isinstance(name, str) else name
     found = [kind for kind in _known() if kind.__name__ == name]
     if not found:
-        for plugin in entry_points(group="fvkit.cli"):
+        for plugin in entry_points(group="fvkit.commands"):
             plugin.load()
         found = [kind for kind in _known() if kind.__name__ == name]
     exact = [kind for kind in found if kind.__module__ == module]

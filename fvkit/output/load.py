@@ -16,7 +16,7 @@ from fvkit.problem.model import Model
 
 
 def load(path: str | Path) -> Solution:
-    """Read a solution that `Solution.save` or ``solve(..., stream=...)`` wrote, bit for bit.
+    """Read a solution that `Solution.save` or ``solve(..., record=fvkit.Stream(path))`` wrote, bit for bit.
 
     Parameters
     ----------

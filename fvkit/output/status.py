@@ -15,9 +15,9 @@ class Status(Enum):
     """How a run ended; the value is the sentence."""
 
     FINISHED = "the end time was reached"
-    MAX_STEPS = "the number of steps reached max_steps before the end time"
+    MAX_STEPS = "the number of steps reached its limit, max_steps, before the end time"
     STOPPED = "the run was stopped by its rule"
-    OVER_BUDGET = "the stepping took longer than the given `seconds`"
+    OVER_BUDGET = "the stepping took longer than its limit of `seconds`"
     DT_TOO_SMALL = "the time step became too small: the speeds grow without bound"
     DT_TOO_LARGE = "the given `dt` is longer than the Courant number of the scheme allows: give a shorter one, or `dt_max`"
     NON_FINITE = "a state became infinite or not a number"

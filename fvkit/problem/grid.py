@@ -1,4 +1,6 @@
-"""`Grid`: an interval cut into equal cells."""
+"""`Grid` and its `Axis`: intervals cut into equal cells."""
+
+from math import prod
 
 import attrs
 import numpy as np
@@ -11,8 +13,8 @@ def _cells(value: object) -> int:
 
 
 @attrs.frozen
-class Grid:
-    """A uniform grid of ``num_cells`` cells on [lower, upper].
+class Axis:
+    """A direction of a grid: ``num_cells`` equal cells on [lower, upper].
 
     Parameters
     ----------
@@ -54,3 +56,64 @@ class Grid:
         """Cell centres, (num_cells,)."""
         edges = self.edges
         return 0.5 * (edges[:-1] + edges[1:])
+
+
+@attrs.frozen
+class Grid:
+    """A uniform grid of ``num_cells`` cells on [lower, upper].
+
+    Parameters
+    ----------
+    lower, upper : ends of the interval, m, lower < upper.
+    num_cells : number of cells, at least 1.
+
+    Attributes
+    ----------
+    axes : tuple of Axis
+        The directions of the grid.
+
+    Raises
+    ------
+    ValueError, TypeError
+        As `Axis`.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> grid = fv.Grid(0.0, 10.0, 50)
+    >>> grid.shape, grid.cell_volume, float(grid.centers[0])
+    ((50,), 0.2, 0.1)
+    """
+
+    lower: float = attrs.field(converter=within())  # type: ignore[misc]
+    upper: float = attrs.field(converter=within())  # type: ignore[misc]
+    num_cells: int = attrs.field(converter=_cells)
+    axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
+
+    def __attrs_post_init__(self) -> None:
+        object.__setattr__(self, "axes", (Axis(self.lower, self.upper, self.num_cells),))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of an array of cells: the number of cells of each axis, the last axis first."""
+        return tuple(axis.num_cells for axis in self.axes[::-1])
+
+    @property
+    def cell_volume(self) -> float:
+        """Length of a cell, m."""
+        return prod(axis.dx for axis in self.axes)
+
+    @property
+    def dx(self) -> float:
+        """Width of a cell, m."""
+        return self.axes[0].dx
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Cell edges, (num_cells + 1,)."""
+        return self.axes[0].edges
+
+    @property
+    def centers(self) -> np.ndarray:
+        """Cell centres, (num_cells,)."""
+        return self.axes[0].centers

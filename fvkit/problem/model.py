@@ -4,7 +4,7 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import attrs
 import numpy as np
@@ -12,6 +12,16 @@ import numpy as np
 from fvkit.pointwise import combine, subtract
 from fvkit.pointwise.part import Part, default
 from fvkit.problem import answers
+
+
+class Phase(NamedTuple):
+    """A phase of a model: the rows of q that are its masses, never negative, and the row of their momentum.
+
+    The last mass is the one that bears the momentum. Walls, positivity, mass balances, drag and friction are derived from it.
+    """
+
+    masses: tuple[int, ...]
+    momentum: int
 
 
 @attrs.frozen
@@ -41,7 +51,7 @@ class Model(Part, ABC):
 
     conserved: ClassVar[tuple[str, ...]] = ()
     aux: ClassVar[tuple[str, ...]] = ()
-    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = ()
+    phases: ClassVar[tuple[Phase, ...]] = ()
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
     #: Whether speeds between two states are looked at: where those of a scalar law are not monotone, see `fvkit.schemes.fitting`.
     scans: ClassVar[bool] = False
@@ -246,15 +256,16 @@ def _takes_aux(kind: type[Model], name: str, states: int) -> bool:
 
 
 def _check_phases(kind: type[Model]) -> None:
-    """Refuse phases that are not pairs of rows of masses and a row of a momentum."""
+    """Make `Phase` of pairs; refuse what does not name rows of masses and the row of their momentum."""
     rows = range(len(kind.conserved))
     try:
-        good = all(masses and {*masses, momentum} <= {*rows} for masses, momentum in kind.phases)
+        kind.phases = tuple(Phase(*pair) for pair in kind.phases)
+        good = all(phase.masses and {*phase.masses, phase.momentum} <= {*rows} for phase in kind.phases)
     except (TypeError, ValueError):
         good = False
     if not good:
-        raise TypeError(f"`phases` of {kind.__name__} must be a tuple of pairs (rows of masses, row of their momentum) such as "
-                        f"(((0,), 1),), with rows below {len(rows)}, got {kind.phases!r}")
+        raise TypeError(f"`phases` of {kind.__name__} must be a tuple of phases, each with its rows of masses and the row of "
+                        f"their momentum, such as (fv.Phase((0,), 1),), with rows below {len(rows)}, got {kind.phases!r}")
 
 
 def aux_rows(model: Model, aux: Mapping[str, Any]) -> tuple[np.ndarray, ...]:

@@ -21,8 +21,16 @@ from fvkit.problem.sources import Source
 FLOATS = 12
 
 
+#: Sides of a grid.
+SIDES = ("left", "right")
+
+
 def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
-    """Return the conditions (left, right) of one or two, checked."""
+    """Return the conditions (left, right) of one, two, or a mapping of sides, checked."""
+    if isinstance(boundary, Mapping):
+        for name in boundary:
+            validation.choice(name, "boundary", SIDES)
+        boundary = tuple(boundary.get(name, Outflow()) for name in SIDES)
     sides = boundary if isinstance(boundary, (tuple, list)) else (boundary, boundary)
     if len(sides) != 2:
         raise ValueError(f"`boundary` must be one condition or a pair (left, right), got {len(sides)}")
@@ -64,7 +72,7 @@ class Problem:
         (num_eqn, num_cells) of cell averages.
     t_end : end time, s, after ``t_start``.
     aux : {name: function of x, (num_cells,) cell averages, or number}; names that the model knows, 0 where missing.
-    boundary : one condition, or (left, right).
+    boundary : one condition, (left, right), or {"left": condition, "right": condition}, where a missing side is `Outflow`.
     sources : a `Source` or a sequence of them.
     t_start : start time, s.
     background : a steady flow that schemes keep to rounding, so that small waves on it are resolved: function of x as

@@ -15,10 +15,9 @@ from fvkit.output.configuration import describe, effective, fields_of
 from fvkit.output.npz import CHECKPOINT, Archive, write_archive
 from fvkit.output.status import Status
 from fvkit.run.observers import Observer
-from fvkit.run.recording import Frames
+from fvkit.run.recording import Snapshots
 from fvkit.run.step_length import intervals
 from fvkit.run.stepper import Stepper
-from fvkit.run.stopping import Stop
 
 
 def _path(value: Any) -> Path:
@@ -61,10 +60,10 @@ class Checkpoint:
 class Saver:
     """Writes the checkpoints of one run."""
 
-    def __init__(self, checkpoint: Checkpoint, stepper: Stepper, frames: Frames, targets: list[float], stop: Stop | None,
-                 observers: Iterable[Any]) -> None:
-        self.checkpoint, self._stop = checkpoint, stop
-        self._observers = [observer for observer in observers if isinstance(observer, Observer)]
+    def __init__(self, checkpoint: Checkpoint, stepper: Stepper, frames: Snapshots, targets: list[float],
+                 control: Any) -> None:
+        self.checkpoint, self._limits, self._until = checkpoint, control.limits, control.until
+        self._observers = [observer for observer in control.observers if isinstance(observer, Observer)]
         self._stepper, self._frames, self._targets = stepper, frames, targets
         self._wall, self._t = clock.perf_counter(), stepper.t
         self._last: tuple[float, int] | None = None
@@ -98,7 +97,8 @@ class Saver:
         problem = stepper.problem
         watched = [(observer, notes) for observer in self._observers if (notes := observer.notes(stepper)) is not None]
         plan = {"seconds": self.checkpoint.seconds, "interval": self.checkpoint.interval, "nonhyperbolic": stepper.nonhyperbolic,
-                "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._stop),
+                "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._until),
+                "limits": describe(self._limits),
                 "observers": [{**fields_of(observer), "notes": list(notes)} for observer, notes in watched]}
         kept = effective(problem, stepper.scheme, stepper.stats(), Status.INTERRUPTED, "to be continued with fv.resume")
         write_archive(self.checkpoint.path, {

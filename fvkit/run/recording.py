@@ -6,15 +6,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 
+from fvkit import validation
 from fvkit.output.configuration import effective
 from fvkit.output.status import Stats, Status
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Scheme
 
 
-class Frames(ABC):
+class Snapshots(ABC):
     """Abstract collection of outputs: `add` one after the other, then `finish`; `t` and `q` are what the Solution gets."""
 
     @abstractmethod
@@ -40,7 +42,7 @@ class Frames(ABC):
         """Let go of what is open, after an error that has nothing to do with the run; what comes is kept in memory alone."""
 
 
-class Memory(Frames):
+class InMemory(Snapshots):
     """All outputs, in one array of the size that is needed in the end."""
 
     def __init__(self, count: int, q0: np.ndarray) -> None:
@@ -66,7 +68,7 @@ class Memory(Frames):
         pass
 
 
-class Stream(Frames):
+class NetcdfStream(Snapshots):
     """Outputs in a netCDF file, of which only the first and the last stay in memory.
 
     Parameters
@@ -75,15 +77,12 @@ class Stream(Frames):
     problem, scheme : of the run, for the configuration that a file cut off has.
     """
 
-    def __init__(self, path: str | Path, problem: Problem, scheme: Scheme) -> None:
-        target = Path(path)
-        if target.suffix != ".nc":
-            raise ValueError(f"`stream` must end in .nc, got {target.name!r}: frames are appended to a netCDF file")
+    def __init__(self, path: Path, problem: Problem, scheme: Scheme) -> None:
         from fvkit.output.netcdf import Writer
 
         nothing = Stats(0, 0, 0, 0.0, 0.0, 0.0, "none", 0, 0, {})
         kept = effective(problem, scheme, nothing, Status.INTERRUPTED, "the process ended before the run did")
-        self._open = partial(Writer, target, problem.model, problem.grid, problem.aux_averages, problem.q0, kept)
+        self._open = partial(Writer, path, problem.model, problem.grid, problem.aux_averages, problem.q0, kept)
         self._writer: Writer | None = None
         self._broken = False
         self._ends: list[tuple[float, np.ndarray]] = []
@@ -123,3 +122,38 @@ class Stream(Frames):
         self._broken = True
         if self._writer is not None:
             self._writer.close()
+
+
+def _netcdf(value: Any) -> Path:
+    path = validation.file(value, "path")
+    if path.suffix != ".nc":
+        raise ValueError(f"`path` must end in .nc, got {path.name!r}: snapshots are appended to a netCDF file")
+    return path
+
+
+@attrs.frozen
+class Stream:
+    """Outputs written to a netCDF file as the run makes them; needs the extra ``io``.
+
+    Parameters
+    ----------
+    path : a name that ends in .nc. Until the run ends, well or not, the file is called NAME.part.nc; a run that is killed
+        leaves that, readable.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If ``path`` is no name of a file that ends in .nc.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Stream("run.nc").path.name
+    'run.nc'
+    """
+
+    path: Path = attrs.field(converter=_netcdf)
+
+    def opened(self, problem: Problem, scheme: Scheme) -> Snapshots:
+        """Return what takes the outputs of a run."""
+        return NetcdfStream(self.path, problem, scheme)

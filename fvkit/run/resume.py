@@ -15,18 +15,19 @@ from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, go_on_watching
-from fvkit.run.recording import Memory
-from fvkit.run.solve import Orders, run_to_end
-from fvkit.run.step_length import StepLength
+from fvkit.run.limits import Limits
+from fvkit.run.recording import InMemory
+from fvkit.run.solve import Control, run_to_end
+from fvkit.run.step_length import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop
 from fvkit.schemes.scheme import Scheme
 
 
 def resume(path: str | Path, t_end: float | None = None, problem: Problem | None = None, scheme: Scheme | None = None, *,
-           backend: str | None = None, progress: bool | Callable[[float], None] = False, throw: bool = True,
-           max_steps: int = 10_000_000, observers: Iterable[Callable[[Stepper], None]] = (),
-           checkpoint: Checkpoint | bool | None = True) -> Solution:
+           limits: Limits | None = None, checkpoint: Checkpoint | bool | None = True,
+           observers: Iterable[Callable[[Stepper], None]] = (), backend: str | None = None,
+           progress: bool | Callable[[float], None] = False, throw: bool = True) -> Solution:
     """Continue a run from its checkpoint: the same steps, bit for bit, as if it had never stopped.
 
     Parameters
@@ -38,7 +39,9 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     problem, scheme : None takes them from the file. They are needed where the file cannot hold a part, such as an
         inflow that is a function of time; the problem must then start from the same state.
     backend : None for that of the run; only then is the continuation the same bit for bit.
-    progress, throw, max_steps : as for `solve`; steps count from the start of the run.
+    limits : as for `solve`, steps and seconds counted from the start of the run; None for those of the run, or for the default
+        where it ended at one of them.
+    progress, throw : as for `solve`.
     observers : as for `solve`. One of the class and with the fields of an observer of the run goes on with its notes, which the
         checkpoint keeps; for another `Observer` a warning says that it sees the run from here on.
     checkpoint : True goes on as the run did, into the same file; None or False writes none.
@@ -72,7 +75,7 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
         last = validation.real(t_end, "t_end", at_least=float(snapshot["real"][0]), hint="where the checkpoint is")
         times = [time for time in times if time < last] + [last]
         problem = attrs.evolve(problem, t_end=max(last, problem.t_end))
-    frames = Memory(max(len(times) + 1, len(t)) + 1, problem.q0)
+    frames = InMemory(max(len(times) + 1, len(t)) + 1, problem.q0)
     for time, state in zip(t, q, strict=True):
         frames.add(float(time), state)
     try:
@@ -83,8 +86,9 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
         raise archive.refused(f"its plan has no {error}") from None
     except (TypeError, ValueError) as error:
         raise archive.refused(f"its plan cannot be followed: {error}") from None
-    length = part(plan, "length", StepLength, archive.path)
+    length = part(plan, "length", Step, archive.path)
     stop = None if plan.get("stop") is None else part(plan, "stop", Stop, archive.path)
+    kept_limits = part(plan, "limits", Limits, archive.path) if plan.get("limits") is not None else Limits()
     try:
         stepper = Stepper(problem, scheme, used, *settings, length)
     except (TypeError, ValueError) as error:
@@ -92,9 +96,11 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
             raise
         raise archive.refused(f"its run cannot be made again: {error}") from None
     stepper.restore(snapshot)
-    chosen, orders = again if checkpoint is True else checkpoint or None, Orders(observers, max_steps, stop=stop)
-    go_on_watching(orders.observers, stepper, archive, plan.get("observers", []))
-    return run_to_end(stepper, times, frames, orders, chosen, progress, throw)
+    if limits is None and not kept_limits.used_up(stepper.steps, stepper.seconds):
+        limits = kept_limits
+    chosen, control = again if checkpoint is True else checkpoint or None, Control(observers, limits, stop)
+    go_on_watching(control.observers, stepper, archive, plan.get("observers", []))
+    return run_to_end(stepper, times, frames, control, chosen, progress, throw)
 
 
 def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:

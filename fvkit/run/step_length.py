@@ -18,20 +18,32 @@ def intervals(start: float, t: float, length: float) -> int:
 
 
 @attrs.frozen
-class StepLength(Part):
-    """Bounds of the length of a step, s; each positive, or None for none.
+class Step(Part):
+    """Length of time steps, s; each bound positive, or None for what the Courant number allows.
 
     Parameters
     ----------
-    dt_max : no step is longer. It also keeps a run that starts at rest from stepping over what happens later.
-    dt_initial : the first step is no longer.
     dt : every step is this long, but for those that are shortened to end at an output time; a step that the Courant
         number does not allow ends the run (`Status.DT_TOO_LARGE`). Alone.
+    dt_max : no step is longer. It also keeps a run that starts at rest from stepping over what happens later.
+    dt_initial : the first step is no longer.
+
+    Raises
+    ------
+    ValueError
+        If ``dt`` is given with another bound, or a bound is not positive.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), lambda x: [0.0 * x + 1.0], 1.0, boundary=fv.Periodic())
+    >>> fv.solve(problem, step=fv.Step(dt=0.01), backend="numpy").stats.steps
+    100
     """
 
+    dt: float | None = optional_number(above=0.0)
     dt_max: float | None = optional_number(above=0.0)
     dt_initial: float | None = optional_number(above=0.0)
-    dt: float | None = optional_number(above=0.0)
 
     def __attrs_post_init__(self) -> None:
         if self.dt is not None and (self.dt_max, self.dt_initial) != (None, None):

@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from fvkit import validation
-from fvkit.backends import BACKENDS, Kernel, March, Outcome, backend_for, make_kernel
+from fvkit.backends import BACKENDS, Kernel, March, Outcome, backend_for, make_kernel, threads_for
 from fvkit.backends.march import FILM, MICRO
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import CHUNK
@@ -17,7 +17,7 @@ from fvkit.problem import answers
 from fvkit.problem.fields import layout
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
-from fvkit.run.step_length import StepLength
+from fvkit.run.step_length import Step
 from fvkit.schemes.fitting import assemble, parts_of
 from fvkit.schemes.scheme import Scheme
 
@@ -41,8 +41,8 @@ class Stepper:
     backend : ``"auto"``, ``"numba"`` (compiled) or ``"numpy"``; auto compiles where numba is installed, unless the
         environment variable FVKIT_BACKEND names another.
     nonhyperbolic : what to do when characteristic speeds turn complex: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
-    threads : threads of a compiled run; more than 1 only from 100,000 cells on, bit-identical to one.
-    length : bounds of the step length, None for what the Courant number allows, see `StepLength`.
+    threads : threads of a compiled run, or ``"all"``; more than 1 only from 100,000 cells on, bit-identical to one.
+    step : length of the time steps, None for what the Courant number allows, see `Step`.
 
     Attributes
     ----------
@@ -58,15 +58,16 @@ class Stepper:
     """
 
     def __init__(self, problem: Problem, scheme: Scheme | None = None, backend: str = "auto",
-                 nonhyperbolic: str = "warn", threads: int = 1, length: StepLength | None = None) -> None:
+                 nonhyperbolic: str = "warn", threads: int | str = 1, step: Step | None = None) -> None:
         validation.choice(backend, "backend", BACKENDS)
         self.nonhyperbolic = validation.choice(nonhyperbolic, "nonhyperbolic", ("warn", "raise", "ignore"))
-        self.problem, self.threads = problem, validation.whole(threads, "threads", at_least=1)
+        self.problem = problem
         if isinstance(scheme, Scheme):
             backend_for(scheme.riemann, backend)
         self.scheme, parts = assemble(problem, scheme)
+        self.threads = threads_for(threads, problem, self.scheme, backend)
         self._asked = parts.model
-        self.length = StepLength() if length is None else validation.instance(length, "length", StepLength)
+        self.length = Step() if step is None else validation.instance(step, "step", Step, "such as fv.Step(dt_max=0.1)")
         self._start(make_kernel(backend, problem, self.scheme, parts, self.threads))
 
     def again(self, problem: Problem) -> "Stepper":

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Checkpoint, Solution, Status, StopAtRest, resume, solve, validation
+from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, resume, solve, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.files import remove, usable_folder, write_whole
 from fvkit.output.configuration import build
@@ -84,9 +84,9 @@ def _run(options: argparse.Namespace) -> int:
     times = _film_times(problem.t_end, chosen.times) if many else chosen.times
     checkpoint = None if options.checkpoint is None else \
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
-    stop = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
-    solution = solve(problem, scheme, times, backend=options.backend, progress=sys.stderr.isatty(), throw=False,
-                     checkpoint=checkpoint, stop=stop, dt=options.dt, dt_max=options.dt_max, dt_initial=options.dt_initial)
+    until = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
+    solution = solve(problem, scheme, times, step=Step(options.dt, options.dt_max, options.dt_initial), until=until,
+                     checkpoint=checkpoint, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
     kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""

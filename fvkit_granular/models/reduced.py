@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver, maximum, minimum, where
+from fvkit import Model, Phase, RiemannSolver, maximum, minimum, where
 from fvkit.pointwise.polynomial import exchange, product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
@@ -57,7 +57,7 @@ class Reduced(Model):
 
     conserved: ClassVar[tuple[str, ...]] = ("h", "rho h", "rho h v")
     aux: ClassVar[tuple[str, ...]] = ("b",)
-    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0, 1), 2),)
+    phases: ClassVar[tuple[Phase, ...]] = (Phase((0, 1), 2),)
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)

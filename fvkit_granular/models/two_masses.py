@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver, maximum, minimum, where
+from fvkit import Model, Phase, RiemannSolver, maximum, minimum, where
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
 from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio, solid_and_fluid
@@ -52,7 +52,7 @@ class TwoMasses(Model, ABC):
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
     aux: ClassVar[tuple[str, ...]] = ("b",)
-    phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1), ((2,), 3))
+    phases: ClassVar[tuple[Phase, ...]] = (Phase((0,), 1), Phase((2,), 3))
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)

@@ -7,7 +7,7 @@ from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from itertools import product
 from typing import Any
 
-from fvkit import SolveError, Stepper, WavePropagation, solve
+from fvkit import Limits, SolveError, Stepper, WavePropagation, solve
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit.run.interruption import keeping, uninterrupted
 from fvkit.studies.covering import covering
@@ -124,7 +124,7 @@ def make_run(choice: dict[str, Any]) -> Run:
         first = problem.t_end - problem.t_start  # `solve` below fails alike, and says how
     nominal = (problem.t_end - problem.t_start) / first
     solution = uninterrupted(solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
-                                   max_steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100))
+                                   limits=Limits(steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100)))
     return Run(chosen, problem, choice["order"], solution, nominal)
 
 

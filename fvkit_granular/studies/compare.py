@@ -1,11 +1,12 @@
 """`compare`: one scene, every model and solver, error against time."""
+
 from collections.abc import Callable, Iterable, Sequence
 from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, Status, WavePropagation, solve, validation
+from fvkit import MC, Limits, Model, Problem, RiemannSolver, Scheme, Solution, Status, WavePropagation, solve, validation
 from fvkit.pointwise.part import public_name
 from fvkit.run.interruption import keeping, uninterrupted
 from fvkit.schemes.riemann import default_riemann
@@ -169,7 +170,8 @@ def _measure(scene: Scene, runs: list[_Run], solutions: list[Solution | None], s
              backend: str, budget: float | None, tell: Callable[[str], None]) -> None:
     """Run everything ``repeats`` times, interleaved; note for each run its first solution, None if left out, and the times."""
     def solved(problem: Problem, scheme: Scheme) -> Solution:
-        return uninterrupted(solve(problem, scheme, backend=backend, throw=False, nonhyperbolic="ignore", seconds=budget))
+        return uninterrupted(solve(problem, scheme, limits=Limits(seconds=budget), backend=backend, nonhyperbolic="ignore",
+                                   throw=False))
 
     for key in dict.fromkeys((run.model, run.scheme) for run in runs):
         coarse = min(run.cells for run in runs if (run.model, run.scheme) == key)

@@ -1,10 +1,11 @@
 """The self-converged reference of a comparison: the finest run that is affordable, and its own error."""
+
 from collections.abc import Callable
 from math import log2
 
 import numpy as np
 
-from fvkit import MethodOfLines, Model, Roe, Scheme, Solution, SolveError, Status, WavePropagation, solve
+from fvkit import Limits, MethodOfLines, Model, Roe, Scheme, Solution, SolveError, Status, WavePropagation, solve
 from fvkit.pointwise.part import public_name
 from fvkit.schemes.riemann import default_riemann
 from fvkit.studies.cost import predicted
@@ -46,7 +47,8 @@ def self_converged(scene: Scene, model: Model, scheme: Scheme, cells: tuple[int,
         if limit is not None and predicted(count, [(run.grid.num_cells, run.stats.seconds) for run in solutions]) > limit:
             break
         try:
-            solutions.append(solve(scene.problem(model, count), scheme, backend=backend, nonhyperbolic="ignore", seconds=limit))
+            solutions.append(solve(scene.problem(model, count), scheme, limits=Limits(seconds=limit), backend=backend,
+                                   nonhyperbolic="ignore"))
         except SolveError as error:
             if error.status is not Status.OVER_BUDGET or not solutions:
                 raise

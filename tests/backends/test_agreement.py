@@ -181,7 +181,7 @@ def test_output_times_and_max_steps_are_the_same():
     assert runs[0].t.tolist() == runs[1].t.tolist() == [0.0, *times]
     assert runs[0].stats.steps == runs[1].stats.steps
     assert np.abs(runs[0].q - runs[1].q).max() < 1e-12
-    short = fv.solve(problem, backend="numba", max_steps=7, throw=False)
+    short = fv.solve(problem, backend="numba", limits=fv.Limits(steps=7), throw=False)
     assert short.status is fv.Status.MAX_STEPS
     assert short.stats.steps == 7
 

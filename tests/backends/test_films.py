@@ -63,7 +63,7 @@ def test_backends_and_threads_count_the_same(scheme):
 
 @pytest.mark.skipif(not available(), reason="needs the extra fast")
 def test_threads_count_what_one_counts():
-    one, two = (fv.solve(slipping(0.03, 0.6, SMALLEST), SCHEMES["waves"], max_steps=3, throw=False, nonhyperbolic="ignore", threads=n,
+    one, two = (fv.solve(slipping(0.03, 0.6, SMALLEST), SCHEMES["waves"], limits=fv.Limits(steps=3), throw=False, nonhyperbolic="ignore", threads=n,
                          backend="numba").stats for n in (1, 2))
     assert one.nonhyperbolic_films > 0
     assert (one.nonhyperbolic_faces, one.nonhyperbolic_films, one.deepest_nonhyperbolic) == \
@@ -83,7 +83,7 @@ def test_films_are_silent_where_that_is_asked_for_and_end_the_run_where_that_is(
 def test_a_run_in_parts_counts_films_on(tmp_path):
     problem = slipping(0.02, 2.0)
     whole = fv.solve(problem, backend="numpy", nonhyperbolic="ignore").stats
-    fv.solve(problem, backend="numpy", nonhyperbolic="ignore", max_steps=whole.steps // 2, throw=False, checkpoint=fv.Checkpoint(tmp_path / "c.npz"))
+    fv.solve(problem, backend="numpy", nonhyperbolic="ignore", limits=fv.Limits(steps=whole.steps // 2), throw=False, checkpoint=fv.Checkpoint(tmp_path / "c.npz"))
     parts = fv.resume(tmp_path / "c.npz").stats
     assert (parts.nonhyperbolic_films, parts.deepest_nonhyperbolic) == (whole.nonhyperbolic_films, whole.deepest_nonhyperbolic)
     assert fv.load(fv.resume(tmp_path / "c.npz").save(tmp_path / "s.npz")).stats == parts

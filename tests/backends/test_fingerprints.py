@@ -29,7 +29,7 @@ def test_compiled_short_runs_give_the_numbers_of_numpy(model, riemann, order, se
 def test_compiled_cells_that_shocks_cross_are_those_of_numpy():
     q = gr.ShallowWater().conserved_from(np.where(np.arange(100) < 50, 2.0, 1.0), 0.0, 0.0)
     problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 100), q, 1.0, aux={"b": np.zeros(100)})
-    compiled, plain, without = (fv.solve(problem, fv.WavePropagation(fv.Roe(), in_cell_shocks=inside), backend=backend, max_steps=20, throw=False).q[-1]
+    compiled, plain, without = (fv.solve(problem, fv.WavePropagation(fv.Roe(), in_cell_shocks=inside), backend=backend, limits=fv.Limits(steps=20), throw=False).q[-1]
                                 for backend, inside in (("numba", True), ("numpy", True), ("numpy", False)))
     np.testing.assert_allclose(compiled, plain, atol=1e-12)
     assert np.abs(plain - without).max() > 1e-3

@@ -21,7 +21,7 @@ def long_run() -> fv.Problem:
 @pytest.mark.parametrize("backend", ["numba", "numpy"])
 @pytest.mark.parametrize("throw", [True, False])
 def test_an_interrupted_run_keeps_its_partial_solution(backend, throw):
-    fv.solve(long_run(), backend=backend, max_steps=3, throw=False)
+    fv.solve(long_run(), backend=backend, limits=fv.Limits(steps=3), throw=False)
     killer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
     killer.start()
     started = time.perf_counter()
@@ -78,4 +78,4 @@ def test_a_missing_numba_is_named_with_the_extra(monkeypatch):
     monkeypatch.setattr("fvkit.backends.available", lambda: False)
     with pytest.raises(ValueError, match=r"not installed: pip install 'fvkit\[fast\]'"):
         fv.solve(long_run(), backend="numba")
-    assert fv.solve(long_run(), max_steps=2, throw=False).stats.backend == "numpy"
+    assert fv.solve(long_run(), limits=fv.Limits(steps=2), throw=False).stats.backend == "numpy"

@@ -64,7 +64,7 @@ def test_a_stopped_run_goes_on_bit_for_bit(scheme, backend, path):
     problem = avalanche()
     whole = fv.solve(problem, scheme, TIMES, backend=backend)
     for steps in {1, whole.stats.steps // 2, whole.stats.steps - 1}:
-        half = fv.solve(problem, scheme, TIMES, backend=backend, max_steps=steps, throw=False, checkpoint=fv.Checkpoint(path))
+        half = fv.solve(problem, scheme, TIMES, backend=backend, limits=fv.Limits(steps=steps), throw=False, checkpoint=fv.Checkpoint(path))
         assert half.status is fv.Status.MAX_STEPS
         assert_same(fv.resume(path), whole)
     with pytest.raises(KeyboardInterrupt):
@@ -74,9 +74,9 @@ def test_a_stopped_run_goes_on_bit_for_bit(scheme, backend, path):
 
 def test_a_run_may_be_stopped_again_and_again(path):
     whole = solve(avalanche(), times=TIMES)
-    part = solve(avalanche(), times=TIMES, max_steps=3, throw=False, checkpoint=fv.Checkpoint(path))
+    part = solve(avalanche(), times=TIMES, limits=fv.Limits(steps=3), throw=False, checkpoint=fv.Checkpoint(path))
     while not part.success:
-        part = fv.resume(path, max_steps=part.stats.steps + 5, throw=False)
+        part = fv.resume(path, limits=fv.Limits(steps=part.stats.steps + 5), throw=False)
     assert_same(part, whole)
 
 
@@ -109,7 +109,7 @@ def test_a_longer_run_begins_like_the_one_before(path):
 
 
 def test_an_earlier_end_leaves_out_what_lies_behind_it(path):
-    solve(avalanche(), times=TIMES, max_steps=5, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(avalanche(), times=TIMES, limits=fv.Limits(steps=5), throw=False, checkpoint=fv.Checkpoint(path))
     assert_same(fv.resume(path, 0.2), solve(avalanche(), times=[0.05, 0.13, 0.2]))
     with pytest.raises(ValueError, match=r"`t_end` must be finite and >= 0.2"):
         fv.resume(path, 0.1)
@@ -120,14 +120,14 @@ def test_friction_background_and_all_aux_values_are_kept(path):
     flow = attrs.evolve(rest, background=gr.TwoPhase().conserved_from(np.full(60, 0.8), 0.5))
     for problem in (rest, flow):
         whole = solve(problem, times=TIMES)
-        solve(problem, times=TIMES, max_steps=7, throw=False, checkpoint=fv.Checkpoint(path))
+        solve(problem, times=TIMES, limits=fv.Limits(steps=7), throw=False, checkpoint=fv.Checkpoint(path))
         assert_same(fv.resume(path), whole)
 
 
 def test_what_a_file_cannot_hold_is_named_and_can_be_given(path):
     problem = avalanche(boundary=(fv.Inflow(swell), fv.Outflow()))
     whole = solve(problem, times=TIMES)
-    solve(problem, times=TIMES, max_steps=7, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(problem, times=TIMES, limits=fv.Limits(steps=7), throw=False, checkpoint=fv.Checkpoint(path))
     with pytest.raises(ValueError, match=r"boundary\[0\].state is tests.core.test_checkpoint.swell, which no file can hold; or give `problem`"):
         fv.resume(path)
     assert_same(fv.resume(path, problem=problem), whole)
@@ -144,7 +144,7 @@ def test_a_background_that_the_scheme_asks_at_faces_is_not_replaced_in_silence(p
     problem = attrs.evolve(avalanche(sources=()), background=flow)
     for scheme in (fv.WavePropagation(gr.Relaxation()), fv.MethodOfLines(gr.Relaxation())):
         whole = solve(problem, scheme, TIMES)
-        solve(problem, scheme, TIMES, max_steps=2, throw=False, checkpoint=fv.Checkpoint(path))
+        solve(problem, scheme, TIMES, limits=fv.Limits(steps=2), throw=False, checkpoint=fv.Checkpoint(path))
         if isinstance(scheme, fv.MethodOfLines):
             with pytest.raises(ValueError, match="background is a function whose values at faces the scheme uses"):
                 fv.resume(path)
@@ -153,7 +153,7 @@ def test_a_background_that_the_scheme_asks_at_faces_is_not_replaced_in_silence(p
 
 def test_the_failure_names_the_checkpoint(path):
     with pytest.raises(fv.SolveError, match=r"max_steps .* step 4; fv.resume\('.*run.npz'\) goes on from here") as caught:
-        solve(avalanche(), times=TIMES, max_steps=4, checkpoint=fv.Checkpoint(path))
+        solve(avalanche(), times=TIMES, limits=fv.Limits(steps=4), checkpoint=fv.Checkpoint(path))
     assert str(caught.value) == caught.value.solution.message
 
 

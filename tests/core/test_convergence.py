@@ -142,14 +142,14 @@ def test_bad_input_is_refused_by_name(settings, error, words):
 
 def test_a_run_stops_when_its_seconds_are_over():
     problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 2000), lambda x: np.sin(K * x)[None], 50.0, boundary=fv.Periodic())
-    solution = fv.solve(problem, SECOND, backend="numpy", throw=False, seconds=0.05)
+    solution = fv.solve(problem, SECOND, backend="numpy", throw=False, limits=fv.Limits(seconds=0.05))
     assert solution.status is fv.Status.OVER_BUDGET
     assert 0.05 < solution.stats.seconds < 1.0
     assert 0.0 < solution.t[-1] < 50.0
     with pytest.raises(fv.SolveError, match="took longer than the given `seconds`"):
-        fv.solve(problem, SECOND, backend="numpy", seconds=0.05)
+        fv.solve(problem, SECOND, backend="numpy", limits=fv.Limits(seconds=0.05))
     with pytest.raises(ValueError, match="`seconds` must be finite and > 0"):
-        fv.solve(problem, SECOND, backend="numpy", seconds=0.0)
+        fv.solve(problem, SECOND, backend="numpy", limits=fv.Limits(seconds=0.0))
 
 
 def test_the_cost_of_a_run_is_predicted_from_coarser_ones():

@@ -64,7 +64,7 @@ def test_a_run_goes_on_bit_for_bit(tmp_path, backend):
     file = tmp_path / "forced.npz"
     whole = fv.solve(manufactured(50), WAVE, times=[0.1, 0.25], backend=backend)
     with pytest.raises(fv.SolveError):
-        fv.solve(manufactured(50), WAVE, times=[0.1, 0.25], backend=backend, checkpoint=fv.Checkpoint(file), max_steps=20)
+        fv.solve(manufactured(50), WAVE, times=[0.1, 0.25], backend=backend, checkpoint=fv.Checkpoint(file), limits=fv.Limits(steps=20))
     with pytest.raises(ValueError, match=r"sources\[0\].rate is .*rate, which no file can hold; or give `problem` to fvkit.resume"):
         fv.resume(file)
     again = fv.resume(file, problem=manufactured(50))

@@ -173,7 +173,7 @@ def test_what_comes_in_counts(state):
     """Water floods a reservoir that is empty at the start: the entropy solution of 1 | 0 behind the inflow."""
     grid = fv.Grid(0.0, 1.0, 200)
     problem = fv.Problem(BuckleyLeverett(), grid, np.zeros((1, 200)), 0.5, boundary=(fv.Inflow(state), fv.Outflow()))
-    solution = fv.solve(problem, fv.WavePropagation(fv.HLL()), backend="numpy", dt_max=0.01)
+    solution = fv.solve(problem, fv.WavePropagation(fv.HLL()), backend="numpy", step=fv.Step(dt_max=0.01))
     assert -1e-3 < solution.q[-1].min() <= solution.q[-1].max() < 1.001
     late = 0.0 if not callable(state) else 0.2
     front = grid.centers[np.flatnonzero(solution.q[-1][0] > 0.3)[-1]]

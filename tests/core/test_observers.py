@@ -79,7 +79,7 @@ def test_a_gauge_starts_anew_with_each_run_and_refuses_what_lies_outside():
 def test_a_gauge_goes_on_with_a_resumed_run(tmp_path):
     problem, whole, first, second = dam_break(50), fv.Gauge(0.3), fv.Gauge(0.3), fv.Gauge(0.3)
     solve(problem, observers=[whole])
-    solve(problem, observers=[first], max_steps=6, throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
+    solve(problem, observers=[first], limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
     fv.resume(tmp_path / "run.npz", observers=[second])
     assert np.array_equal(first.t, whole.t[:7])
     assert np.array_equal(second.t, whole.t)
@@ -131,10 +131,10 @@ def test_an_observer_of_a_run_in_parts_is_that_of_the_whole_run(name, same, stop
     problem, path, make = dam_break(50, model=gr.TwoPhase), tmp_path / "run.npz", WATCHERS[name]
     whole, part, other = make(), make(), fv.Gauge([2.0])
     solve(problem, observers=[whole])
-    solve(problem, observers=[other, part], max_steps=stops[0], throw=False, checkpoint=fv.Checkpoint(path))
+    solve(problem, observers=[other, part], limits=fv.Limits(steps=stops[0]), throw=False, checkpoint=fv.Checkpoint(path))
     for steps in (*stops[1:], 10_000):
         part, other = (part, other) if same else (make(), fv.Gauge([2.0]))
-        fv.resume(path, observers=[part, other], max_steps=steps, throw=False)
+        fv.resume(path, observers=[part, other], limits=fv.Limits(steps=steps), throw=False)
     np.testing.assert_equal(watched(part), watched(whole))
 
 
@@ -142,7 +142,7 @@ def test_an_observer_forgets_what_it_saw_after_the_checkpoint(tmp_path):
     problem, path = dam_break(50), tmp_path / "run.npz"
     whole, maps = fv.Extremes(), fv.Extremes()
     solve(problem, observers=[whole])
-    solve(problem, observers=[maps], max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(problem, observers=[maps], limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(path))
     solve(dam_break(30, depth=3.0), observers=[maps])
     fv.resume(path, observers=[maps])
     np.testing.assert_equal(watched(maps), watched(whole))
@@ -168,21 +168,21 @@ def test_a_step_whose_notes_an_exception_prevented_is_noted_when_the_run_goes_on
     ((Mean(1.0),), Mean(2.0)), ((Forgetful(),), Forgetful()), ((fv.Gauge(0.3),), [fv.Gauge(0.3), fv.Gauge(0.3)])])
 def test_a_warning_says_that_an_observer_has_no_record(given, then, tmp_path):
     path = tmp_path / "run.npz"
-    solve(dam_break(50), observers=given, max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(dam_break(50), observers=given, limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(path))
     with pytest.warns(RuntimeWarning, match=r"sees the run from t = 0\.\d+ on alone: .*run.npz has no notes of"):
         fv.resume(path, observers=then)
 
 
 def test_notes_that_no_observer_goes_on_with_are_not_dropped_in_silence(tmp_path):
     path = tmp_path / "run.npz"
-    solve(dam_break(50), observers=[fv.Gauge(0.3), fv.Extremes()], max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(dam_break(50), observers=[fv.Gauge(0.3), fv.Extremes()], limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(path))
     with pytest.warns(RuntimeWarning, match=r"run.npz keeps notes of Extremes, and no observer goes on with them.*`observers`"):
         fv.resume(path, observers=[fv.Gauge(0.3)])
 
 
 def test_functions_and_observers_of_a_run_that_has_not_begun_need_no_record(tmp_path):
     path = tmp_path / "run.npz"
-    solve(dam_break(50), max_steps=0, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(dam_break(50), limits=fv.Limits(steps=0), throw=False, checkpoint=fv.Checkpoint(path))
     gauge = fv.Gauge(0.3)
     fv.resume(path, observers=[gauge, lambda stepper: None])
     assert gauge.t[0] == 0.0
@@ -195,7 +195,7 @@ def test_functions_and_observers_of_a_run_that_has_not_begun_need_no_record(tmp_
     lambda plan, arrays: arrays.update({"observer_0_h": np.array(["a"])}), lambda plan, arrays: arrays.pop("observer_0_steps")])
 def test_damaged_notes_are_refused_naming_the_file(damage, tmp_path):
     path = tmp_path / "run.npz"
-    solve(dam_break(50), observers=[fv.Gauge(0.3)], max_steps=6, throw=False, checkpoint=fv.Checkpoint(path))
+    solve(dam_break(50), observers=[fv.Gauge(0.3)], limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(path))
     arrays = dict(Archive(path).arrays)
     plan = json.loads(str(arrays["plan"]))
     damage(plan, arrays)
@@ -211,7 +211,7 @@ def test_steps_that_end_at_multiples_are_all_noted_whatever_their_rounding(dt, b
     problem = fv.Problem(problem.model, problem.grid, problem.q0, 300 * dt)
     gauge, count = fv.Gauge(0.0, dt=dt), 300
     times = [float(f"{k * dt:.15g}") for k in range(1, count)] + [count * dt] if by == "output times" else None
-    solve(problem, fv.WavePropagation(gr.Relaxation()), times=times, observers=[gauge], dt=dt)
+    solve(problem, fv.WavePropagation(gr.Relaxation()), times=times, observers=[gauge], step=fv.Step(dt=dt))
     assert len(gauge.t) == count + 1
     assert np.allclose(gauge.t, dt * np.arange(count + 1), rtol=1e-12)
 
@@ -221,7 +221,7 @@ def test_checkpoints_at_multiples_of_the_steps_are_not_missed_by_rounding(tmp_pa
     problem = fv.Problem(problem.model, problem.grid, problem.q0, 30.0)
     monkeypatch.setattr("fvkit.run.checkpoint.Saver.write", lambda saver: written.append(saver._stepper.t) or setattr(saver, "_t", written[-1]))
     monkeypatch.setattr("fvkit.run.checkpoint.Saver.hint", lambda saver: "")
-    solve(problem, checkpoint=fv.Checkpoint(tmp_path / "c.npz", seconds=None, interval=0.3), observers=[lambda stepper: None], dt=0.1)
+    solve(problem, checkpoint=fv.Checkpoint(tmp_path / "c.npz", seconds=None, interval=0.3), observers=[lambda stepper: None], step=fv.Step(dt=0.1))
     assert np.allclose(written[:-1], 0.3 * np.arange(1, 101))
 
 

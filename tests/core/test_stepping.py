@@ -218,7 +218,7 @@ def test_observers_are_called_in_order_with_the_stepper():
     calls = []
     solve(
         burgers(),
-        max_steps=100,
+        limits=fv.Limits(steps=100),
         observers=[lambda s: calls.append(("a", s.q.shape)), lambda s: calls.append(("b", s.t))],
     )
     assert [name for name, _ in calls] == ["a", "b"] * (len(calls) // 2)
@@ -267,7 +267,7 @@ def test_at_a_courant_number_of_exactly_one_advection_is_exact(order):
 
 
 def test_max_steps_ends_with_its_own_status_and_the_partial_solution():
-    solution = solve(burgers(), max_steps=3, throw=False)
+    solution = solve(burgers(), limits=fv.Limits(steps=3), throw=False)
     assert solution.status is fv.Status.MAX_STEPS
     assert not solution.success
     assert solution.stats.steps == 3
@@ -277,7 +277,7 @@ def test_max_steps_ends_with_its_own_status_and_the_partial_solution():
 
 def test_max_steps_raises_where_failures_are_thrown():
     with pytest.raises(fv.SolveError) as error:
-        solve(burgers(), max_steps=3)
+        solve(burgers(), limits=fv.Limits(steps=3))
     assert error.value.status is fv.Status.MAX_STEPS
     assert error.value.solution.stats.steps == 3
 
@@ -287,7 +287,7 @@ def test_max_steps_counts_accepted_steps_only():
     scheme = fv.WavePropagation(fv.HLL())
     whole = solve(problem, scheme)
     assert whole.stats.rejected >= 1
-    assert solve(problem, scheme, max_steps=whole.stats.steps).success
+    assert solve(problem, scheme, limits=fv.Limits(steps=whole.stats.steps)).success
 
 
 @pytest.mark.parametrize("t_end", [0.0, -1.0])
@@ -340,7 +340,7 @@ def test_a_failed_step_leaves_the_stepper_at_the_last_accepted_state():
 
 def test_speeds_that_grow_without_bound_end_the_run_with_a_status():
     problem = fv.Problem(Accelerating(), fv.Grid(0.0, 1.0, 10), np.ones((2, 10)), 2.0, sources=Explosion())
-    solution = solve(problem, fv.WavePropagation(fv.HLL()), throw=False, max_steps=20_000)
+    solution = solve(problem, fv.WavePropagation(fv.HLL()), throw=False, limits=fv.Limits(steps=20_000))
     assert solution.status in (fv.Status.DT_TOO_SMALL, fv.Status.NON_FINITE)
     assert solution.t[-1] == pytest.approx(1.0, abs=1e-6)
 

@@ -25,7 +25,7 @@ def test_a_run_ends_when_all_is_at_rest(backend):
     if backend == "numba":
         pytest.importorskip("numba")
     problem = sloshing()
-    solution = fv.solve(problem, backend=backend, stop=fv.StopAtRest(speed=0.02, every=10))
+    solution = fv.solve(problem, backend=backend, until=fv.StopAtRest(speed=0.02, every=10))
     assert solution.success
     assert solution.status is fv.Status.STOPPED
     assert 0.0 < solution.t[-1] < problem.t_end
@@ -33,20 +33,20 @@ def test_a_run_ends_when_all_is_at_rest(backend):
     assert np.abs(solution.observables()["v"]).max() < 0.02
     assert "StopAtRest" in solution.message
     assert f"t = {solution.t[-1]:.8g}" in solution.message
-    before = fv.solve(problem, backend=backend, max_steps=solution.stats.steps - 10, throw=False)
+    before = fv.solve(problem, backend=backend, limits=fv.Limits(steps=solution.stats.steps - 10), throw=False)
     assert np.abs(before.observables()["v"]).max() >= 0.02
 
 
 def test_the_end_does_not_depend_on_who_watches():
     problem = sloshing()
     stop = fv.StopAtRest(speed=0.02)
-    alone = fv.solve(problem, stop=stop)
-    watched = fv.solve(problem, stop=stop, observers=lambda stepper: None, progress=lambda share: None)
+    alone = fv.solve(problem, until=stop)
+    watched = fv.solve(problem, until=stop, observers=lambda stepper: None, progress=lambda share: None)
     np.testing.assert_array_equal(alone.q[-1], watched.q[-1])
 
 
 def test_outputs_up_to_the_stop_are_kept():
-    solution = fv.solve(sloshing(), times=[0.5, 1.0, 199.0, 200.0], stop=fv.StopAtRest(speed=0.02))
+    solution = fv.solve(sloshing(), times=[0.5, 1.0, 199.0, 200.0], until=fv.StopAtRest(speed=0.02))
     assert solution.t[:3].tolist() == [0.0, 0.5, 1.0]
     assert len(solution.t) == 4
     assert 1.0 < solution.t[3] < 199.0
@@ -54,12 +54,12 @@ def test_outputs_up_to_the_stop_are_kept():
 
 def test_rest_counts_only_after_a_time_and_where_it_is_deep():
     still = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 20), np.array([[1.0], [0.0]]) * np.ones(20), 5.0, boundary=fv.Wall())
-    assert fv.solve(still, stop=fv.StopAtRest(every=1)).stats.steps == 1
-    assert fv.solve(still, stop=fv.StopAtRest(every=1, after=2.0)).t[-1] >= 2.0
+    assert fv.solve(still, until=fv.StopAtRest(every=1)).stats.steps == 1
+    assert fv.solve(still, until=fv.StopAtRest(every=1, after=2.0)).t[-1] >= 2.0
     film = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 20), np.array([[1e-4], [1e-4]]) * np.ones(20), 5.0,
                       boundary=fv.Periodic())
-    assert fv.solve(film, stop=fv.StopAtRest(every=1)).status is fv.Status.STOPPED
-    assert fv.solve(film, stop=fv.StopAtRest(every=1, depth=1e-5)).status is fv.Status.FINISHED
+    assert fv.solve(film, until=fv.StopAtRest(every=1)).status is fv.Status.STOPPED
+    assert fv.solve(film, until=fv.StopAtRest(every=1, depth=1e-5)).status is fv.Status.FINISHED
 
 
 def test_a_rule_of_ones_own_ends_a_run():
@@ -71,24 +71,24 @@ def test_a_rule_of_ones_own_ends_a_run():
             return q[0].sum() * problem.grid.dx >= self.mass
 
     problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), np.zeros((1, 50)), 2.0, boundary=(fv.Inflow([3.0]), fv.Outflow()))
-    solution = fv.solve(problem, stop=Filled(1.5, every=1))
+    solution = fv.solve(problem, until=Filled(1.5, every=1))
     assert solution.t[-1] == pytest.approx(0.5, abs=0.03)
 
 
 def test_rest_needs_velocities():
     problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 10), np.zeros((1, 10)), 1.0)
     with pytest.raises(ValueError, match="Advection names no observable with the unit"):
-        fv.solve(problem, stop=fv.StopAtRest())
-    with pytest.raises(TypeError, match=r"`stop` must be an instance of Stop.*fv\.StopAtRest"):
-        fv.solve(problem, stop=3.0)
+        fv.solve(problem, until=fv.StopAtRest())
+    with pytest.raises(TypeError, match=r"`until` must be an instance of Stop.*fv\.StopAtRest"):
+        fv.solve(problem, until=3.0)
     with pytest.raises(TypeError, match="write StopAtRest"):
-        fv.solve(problem, stop=fv.StopAtRest)
+        fv.solve(problem, until=fv.StopAtRest)
 
 
 def test_a_resumed_run_stops_where_the_whole_one_does(tmp_path):
     problem, stop = sloshing(), fv.StopAtRest(speed=0.02)
-    whole = fv.solve(problem, stop=stop)
-    fv.solve(problem, stop=stop, max_steps=33, throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
+    whole = fv.solve(problem, until=stop)
+    fv.solve(problem, until=stop, limits=fv.Limits(steps=33), throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
     again = fv.resume(tmp_path / "run.npz")
     assert again.status is fv.Status.STOPPED
     np.testing.assert_array_equal(again.q[-1], whole.q[-1])
@@ -103,11 +103,11 @@ def test_steps_of_fixed_length(backend, order):
     if backend == "numba":
         pytest.importorskip("numba")
     scheme = None if order == "wave" else fv.MethodOfLines(gr.Relaxation(), integrator=fv.ARK4())
-    taken, solution = steps_of(sloshing(1.0), backend=backend, dt=0.01, scheme=scheme)
+    taken, solution = steps_of(sloshing(1.0), backend=backend, step=fv.Step(dt=0.01), scheme=scheme)
     assert solution.success
     np.testing.assert_allclose(taken, 0.01, rtol=1e-9)
     assert len(taken) == 100
-    taken, solution = steps_of(sloshing(1.0), backend=backend, dt=0.015, scheme=scheme)
+    taken, solution = steps_of(sloshing(1.0), backend=backend, step=fv.Step(dt=0.015), scheme=scheme)
     assert len(taken) == 67
     assert taken.max() <= 0.015
 
@@ -117,7 +117,7 @@ def test_a_fixed_step_that_is_too_long_ends_the_run(backend):
     if backend == "numba":
         pytest.importorskip("numba")
     with pytest.raises(fv.SolveError, match=r"longer than the Courant number.*dt_max.*at t = ") as caught:
-        fv.solve(sloshing(5.0), backend=backend, dt=0.2)
+        fv.solve(sloshing(5.0), backend=backend, step=fv.Step(dt=0.2))
     assert caught.value.status is fv.Status.DT_TOO_LARGE
     assert caught.value.solution.stats.steps == 0
 
@@ -128,15 +128,15 @@ def test_longest_and_first_step(backend):
         pytest.importorskip("numba")
     free, _ = steps_of(sloshing(1.0), backend=backend)
     assert free.max() > 0.02
-    taken, _ = steps_of(sloshing(1.0), backend=backend, dt_max=0.02, dt_initial=1e-4)
+    taken, _ = steps_of(sloshing(1.0), backend=backend, step=fv.Step(dt_max=0.02, dt_initial=1e-4))
     assert taken[0] == pytest.approx(1e-4, rel=1e-3)
     assert taken[1:].max() <= 0.02
     assert taken[1:].min() > 0.015
 
 
 def test_the_length_of_steps_is_kept_by_a_checkpoint(tmp_path):
-    whole = fv.solve(sloshing(1.0), dt=0.011)
-    fv.solve(sloshing(1.0), dt=0.011, max_steps=7, throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
+    whole = fv.solve(sloshing(1.0), step=fv.Step(dt=0.011))
+    fv.solve(sloshing(1.0), step=fv.Step(dt=0.011), limits=fv.Limits(steps=7), throw=False, checkpoint=fv.Checkpoint(tmp_path / "run.npz"))
     again = fv.resume(tmp_path / "run.npz")
     assert again.stats.steps == whole.stats.steps
     np.testing.assert_array_equal(again.q[-1], whole.q[-1])
@@ -148,7 +148,7 @@ def test_the_length_of_steps_is_kept_by_a_checkpoint(tmp_path):
 ])
 def test_lengths_that_cannot_be_are_refused(settings, words):
     with pytest.raises((ValueError, TypeError), match=words):
-        fv.solve(sloshing(1.0), **settings)
+        fv.Step(**settings)
 
 
 @pytest.mark.parametrize("backend", ["numpy", "numba"])

@@ -49,7 +49,7 @@ def same_bits(one, other):
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("model", [gr.TwoPhase, gr.Reduced, gr.ShallowWater, gr.PitmanLe, gr.TwoLayer])
 def test_a_solution_comes_back_bit_for_bit(model, ending, tmp_path):
-    kept = solve(avalanche(model), times=[0.1, 0.3], max_steps=8, throw=False)
+    kept = solve(avalanche(model), times=[0.1, 0.3], limits=fv.Limits(steps=8), throw=False)
     assert not kept.success
     read = fv.load(kept.save(tmp_path / f"run{ending}"))
     assert same_bits(read.t, kept.t)
@@ -389,7 +389,7 @@ def wave(cells, t_end=1.0):
 def test_a_stream_holds_what_the_solution_would(tmp_path):
     times = np.linspace(0.05, 0.3, 6)
     whole = solve(avalanche(), times=times)
-    ends = solve(avalanche(), times=times, stream=tmp_path / "run.nc")
+    ends = solve(avalanche(), times=times, record=fv.Stream(tmp_path / "run.nc"))
     read = fv.load(tmp_path / "run.nc")
     assert same_bits(read.q, whole.q)
     assert same_bits(read.t, whole.t)
@@ -403,7 +403,7 @@ def test_a_stream_stays_within_memory(tmp_path):
     cells, frames = 20_000, 200
     problem, scheme = wave(cells, frames * 2.0 / cells), fv.WavePropagation(fv.Roe(), order=1)
     tracemalloc.start()
-    solve(problem, scheme, np.linspace(0.0, problem.t_end, frames + 1), stream=tmp_path / "run.nc")
+    solve(problem, scheme, np.linspace(0.0, problem.t_end, frames + 1), record=fv.Stream(tmp_path / "run.nc"))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 30 * 8 * cells
@@ -412,7 +412,7 @@ def test_a_stream_stays_within_memory(tmp_path):
 
 @pytest.mark.skipif(not HAS_IO, reason="needs the extra io")
 def test_a_stream_that_fails_is_closed_under_its_name_and_one_that_is_cut_off_can_be_read(tmp_path):
-    stopped = solve(wave(50), times=[0.1, 0.2, 0.5], max_steps=10, throw=False, stream=tmp_path / "stopped.nc")
+    stopped = solve(wave(50), times=[0.1, 0.2, 0.5], limits=fv.Limits(steps=10), throw=False, record=fv.Stream(tmp_path / "stopped.nc"))
     read = fv.load(tmp_path / "stopped.nc")
     assert read.status is fv.Status.MAX_STEPS
     assert read.t.tolist() == [0.0, 0.1, stopped.t[-1]]
@@ -422,7 +422,7 @@ def test_a_stream_that_fails_is_closed_under_its_name_and_one_that_is_cut_off_ca
             raise LookupError("a mistake of the observer")
 
     with pytest.raises(LookupError):
-        solve(wave(50), times=[0.1, 0.2], stream=tmp_path / "cut.nc", observers=[broken])
+        solve(wave(50), times=[0.1, 0.2], record=fv.Stream(tmp_path / "cut.nc"), observers=[broken])
     assert not (tmp_path / "cut.nc").exists()
     read = fv.load(tmp_path / "cut.part.nc")
     assert (read.status, read.t.tolist()) == (fv.Status.INTERRUPTED, [0.0, 0.1])
@@ -434,9 +434,10 @@ def test_a_killed_stream_leaves_a_file_that_can_be_read(tmp_path):
 import sys
 sys.path[:0] = {[entry for entry in sys.path if entry]!r}
 import numpy as np
+import fvkit as fv
 from tests.core.test_storage import solve, wave
 print("ready", flush=True)
-solve(wave(100, 100.0), times=np.linspace(0.01, 100.0, 10_000), stream={str(tmp_path / "run.nc")!r})
+solve(wave(100, 100.0), times=np.linspace(0.01, 100.0, 10_000), record=fv.Stream({str(tmp_path / "run.nc")!r}))
 """
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
     try:
@@ -466,10 +467,10 @@ def test_a_frame_that_was_cut_off_is_left_out(solution, tmp_path):
 
 
 def test_a_stream_needs_its_ending_and_stands_alone(tmp_path):
-    with pytest.raises(ValueError, match=r"`stream` must end in .nc, got 'run.npz'"):
-        solve(wave(10), stream=tmp_path / "run.npz")
-    with pytest.raises(ValueError, match="`checkpoint` and `stream` do not go together"):
-        solve(wave(10), stream=tmp_path / "run.nc", checkpoint=fv.Checkpoint(tmp_path / "c.npz"))
+    with pytest.raises(ValueError, match=r"`path` must end in .nc, got 'run.npz'"):
+        solve(wave(10), record=fv.Stream(tmp_path / "run.npz"))
+    with pytest.raises(ValueError, match="`checkpoint` and `record` do not go together"):
+        solve(wave(10), record=fv.Stream(tmp_path / "run.nc"), checkpoint=fv.Checkpoint(tmp_path / "c.npz"))
 
 
 def test_reading_imports_nothing_by_name(file, monkeypatch):

@@ -154,8 +154,8 @@ BAD = {
         ValueError,
         ["`nonhyperbolic`", "'rise'", "did you mean raise?"],
     ),
-    "solve: max_steps negative": (lambda: solve(problem(), max_steps=-1), ValueError, ["`max_steps`", "-1"]),
-    "solve: max_steps real": (lambda: solve(problem(), max_steps=1e3), TypeError, ["`max_steps`", "1000.0"]),
+    "solve: max_steps negative": (lambda: solve(problem(), limits=fv.Limits(steps=-1)), ValueError, ["`steps`", "-1"]),
+    "solve: max_steps real": (lambda: solve(problem(), limits=fv.Limits(steps=1e3)), TypeError, ["`steps`", "1000.0"]),
     "solve: times after the end": (
         lambda: solve(problem(), times=[0.5, 1.5]),
         ValueError,

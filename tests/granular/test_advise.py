@@ -161,7 +161,7 @@ VARYING = {"initial": lambda x: {"h": 1.0, "phi": 0.4 + 0.2 * (x < 5.0)}}
     {"sources": gr.CoulombFriction(0.2), "bottom": slope}, {"sources": gr.Voellmy(0.2, 500.0)}, {"sources": gr.Manning(0.03)},
     {"sources": (gr.ConstantDrag(1.0), gr.CoulombFriction(0.2)), "bottom": lambda x: 0.1 * np.sin(x)},
     {"sources": gr.PitmanLeDrag(1.0, 2.0)}, {"boundary": (fv.Inflow([0.5, 0.0, 0.5, 0.0]), fv.Outflow())},
-    {"boundary": (fv.Outflow(), gr.Stage(1.0))}, {"boundary": (gr.GivenFlow(h=1.0, phi=0.5, vs=0.1, vf=0.1), fv.Outflow())},
+    {"boundary": (fv.Outflow(), gr.FixedLevel(1.0))}, {"boundary": (gr.GivenFlow(h=1.0, phi=0.5, vs=0.1, vf=0.1), fv.Outflow())},
     {"boundary": fv.Wall(), "t_end": 3.0}, {"boundary": fv.Periodic(), "t_end": 9.0},
     {"initial": lambda x: {"h": 1.0, "phi": 0.5, "vs": 2.0}}, VARYING | {"bottom": slope}, VARYING | {"gamma": 0.05},
     {"initial": lambda x: {"h": 1.0, "phi": 0.4 + 0.2 * (x < 5.0), "vs": 6.0, "vf": 6.0}},

@@ -92,7 +92,7 @@ def test_a_given_depth_lets_a_flow_in_that_is_faster_than_its_waves(backend):
 def test_a_stage_keeps_a_lake_of_its_level_and_lets_a_higher_one_off(model, backend):
     def lake(level):
         return gr.Scene((0.0, 10.0), 150.0, lambda x: {"h": level - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
-                        boundary=(fv.Wall(), gr.Stage(1.0, phi=0.4)), sources=gr.Manning(0.2)).problem(model, 30)
+                        boundary=(fv.Wall(), gr.FixedLevel(1.0, phi=0.4)), sources=gr.Manning(0.2)).problem(model, 30)
 
     at_rest = lake(1.0)
     np.testing.assert_allclose(fv.solve(at_rest, backend=backend).q[-1], at_rest.q0, atol=1e-12)
@@ -101,7 +101,7 @@ def test_a_stage_keeps_a_lake_of_its_level_and_lets_a_higher_one_off(model, back
 
 
 def test_a_stage_fills_a_dry_basin_with_what_it_holds(backend):
-    scene = gr.Scene((0.0, 10.0), 60.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, boundary=(gr.Stage(0.5, phi=0.2), fv.Wall()),
+    scene = gr.Scene((0.0, 10.0), 60.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, boundary=(gr.FixedLevel(0.5, phi=0.2), fv.Wall()),
                      sources=gr.Manning(0.2))
     solution = fv.solve(scene.problem(gr.TwoPhase(dry=1e-6), 30), backend=backend)
     seen = solution.observables()
@@ -127,7 +127,7 @@ def test_uniform_flow_leaves_unhindered_on_a_slope(slope, backend):
 
 @pytest.mark.parametrize(("arguments", "words"), [
     (([0.0, 0.0], [1.0, 1.0], 0.3), "must ascend"), (([0.0, 1.0], [1.0, 2.0, 3.0], 0.3), "one entry for each of the 2 times"),
-    (([0.0, 1.0], [1.0, -2.0], 0.3), "fv.Outflow or gr.Stage"), (([0.0, 1.0], [1.0, 2.0], 1.3), r"`phi` .* in \[0, 1\]"),
+    (([0.0, 1.0], [1.0, -2.0], 0.3), "fv.Outflow or gr.FixedLevel"), (([0.0, 1.0], [1.0, 2.0], 1.3), r"`phi` .* in \[0, 1\]"),
     (([0.0, np.nan], [1.0, 2.0], 0.3), "finite"), (("soon", 1.0, 0.3), "numbers"),
 ])
 def test_a_table_that_cannot_be_is_refused(arguments, words):
@@ -135,7 +135,7 @@ def test_a_table_that_cannot_be_is_refused(arguments, words):
         gr.Hydrograph(*arguments)
 
 
-@pytest.mark.parametrize("end", [FLOOD, gr.Stage(1.0), gr.UniformSlope(0.1)], ids=lambda end: type(end).__name__)
+@pytest.mark.parametrize("end", [FLOOD, gr.FixedLevel(1.0), gr.UniformSlope(0.1)], ids=lambda end: type(end).__name__)
 def test_a_model_without_depth_is_refused(end):
     with pytest.raises(ValueError, match=f"{type(end).__name__} needs a model .*gr.TwoPhase, got Advection"):
         fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 10), np.ones((1, 10)), 1.0, boundary=end)
@@ -144,7 +144,7 @@ def test_a_model_without_depth_is_refused(end):
 def test_a_run_with_these_ends_resumes_bit_for_bit(tmp_path, backend):
     problem = channel((FLOOD, gr.UniformSlope())).problem(gr.TwoPhase, 30)
     whole = fv.solve(problem, backend=backend)
-    part = fv.solve(problem, backend=backend, checkpoint=fv.Checkpoint(tmp_path / "run.npz"), max_steps=20, throw=False)
+    part = fv.solve(problem, backend=backend, checkpoint=fv.Checkpoint(tmp_path / "run.npz"), limits=fv.Limits(steps=20), throw=False)
     assert not part.success
     again = fv.resume(tmp_path / "run.npz")
     assert again.stats.steps == whole.stats.steps

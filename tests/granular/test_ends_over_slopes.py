@@ -32,7 +32,7 @@ def at_rest(model, ground, boundary, lines=False, backend="numpy"):
 
 
 REST = {"outflow": lambda q: fv.Outflow(), "inflow": lambda q: (fv.Inflow(q[:, 0]), fv.Inflow(q[:, -1])),
-        "stage": lambda q: gr.Stage(0.4, phi=0.4), "no flood": lambda q: gr.Hydrograph(0.0, 0.0, 0.4)}
+        "stage": lambda q: gr.FixedLevel(0.4, phi=0.4), "no flood": lambda q: gr.Hydrograph(0.0, 0.0, 0.4)}
 
 
 @pytest.mark.parametrize("lines", [False, True], ids=["wave", "lines"])
@@ -53,7 +53,7 @@ def test_compiled_ends_keep_a_lake_as_well(end):
 
 def test_the_rate_of_change_of_a_lake_is_zero():
     q, b = lake(gr.ShallowWater, GROUNDS["falls"])
-    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 20), q, 1.0, {"b": b}, (gr.Stage(0.4), fv.Outflow()))
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 20), q, 1.0, {"b": b}, (gr.FixedLevel(0.4), fv.Outflow()))
     assert np.abs(fv.rhs(problem)(0.0, q)).max() < 1e-13
 
 
@@ -80,7 +80,7 @@ FLOWS = {"subcritical": (gr.Manning(MANNING), 1.0, normal(1.0, 0.002), 0.002), "
 @pytest.mark.parametrize("name", FLOWS)
 def test_uniform_flow_stays_uniform_from_end_to_end(name, leaves, left_falls):
     law, h, v, slope = FLOWS[name]
-    end = {"uniform": gr.UniformSlope(), "outflow": fv.Outflow(), "stage": gr.Stage(h - 50.0 * slope, phi=0.4)}[leaves]
+    end = {"uniform": gr.UniformSlope(), "outflow": fv.Outflow(), "stage": gr.FixedLevel(h - 50.0 * slope, phi=0.4)}[leaves]
     problem = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h), end), slope, left_falls=left_falls)
     np.testing.assert_allclose(fv.solve(problem, backend="numpy").q[-1], problem.q0, rtol=1e-11)
 
@@ -130,7 +130,7 @@ def bump(x):
 def over_the_bump(discharge, stage, level, t_end=150.0):
     model = gr.ShallowWater()
     return fv.Problem(model, fv.Grid(0.0, 25.0, 100), lambda x: model.conserved_from(level - bump(x), 0.0), t_end, {"b": bump},
-                      (gr.Hydrograph(0.0, discharge, 0.0), gr.Stage(stage)))
+                      (gr.Hydrograph(0.0, discharge, 0.0), gr.FixedLevel(stage)))
 
 
 def test_a_flow_faster_than_its_waves_does_not_feel_a_stage_unless_a_jump_runs_in():
@@ -150,7 +150,7 @@ def test_a_subcritical_flow_has_the_stage_at_its_end():
                          ids=["table", "function"])
 def test_a_basin_follows_a_level_that_rises(level, backend):
     scene = gr.Scene((0.0, 10.0), 90.0, lambda x: {"h": 1.0 + 0.05 * x, "phi": 0.0}, bottom=lambda x: -0.05 * x,
-                     boundary=(fv.Wall(), gr.Stage(level[0], times=level[1])), sources=gr.Manning(0.1))
+                     boundary=(fv.Wall(), gr.FixedLevel(level[0], times=level[1])), sources=gr.Manning(0.1))
     solution = fv.solve(scene.problem(gr.ShallowWater, 20), backend=backend, times=[10.0, 90.0])
     np.testing.assert_allclose(solution.observables(-2)["surface"], 1.0, atol=1e-12)
     surface = solution.observables()["surface"]
@@ -218,8 +218,8 @@ def test_a_lake_at_an_end_has_no_more_head_than_its_level(riemann):
         return solution.q[-1, 0][inside].sum() * (interval[1] - interval[0]) / cells
 
     lake = volume((-100.0, 20.0), 480, 0.0, fv.Wall(), slice(400, None))
-    for boundary in ((gr.Stage(5.0), fv.Wall()), (fv.Wall(), gr.Stage(5.0))):
+    for boundary in ((gr.FixedLevel(5.0), fv.Wall()), (fv.Wall(), gr.FixedLevel(5.0))):
         assert 0.8 * lake < volume((0.0, 20.0), 80, -1.0, boundary, slice(None)) < 1.1 * lake
-    shore = gr.Scene((0.0, 20.0), 40.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, bottom=lambda x: x, boundary=(gr.Stage(5.0), fv.Wall()))
+    shore = gr.Scene((0.0, 20.0), 40.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, bottom=lambda x: x, boundary=(gr.FixedLevel(5.0), fv.Wall()))
     solution = fv.solve(shore.problem(gr.ShallowWater, 40), fv.WavePropagation(riemann), backend="numpy")
     assert solution.q[-1, 0].sum() * 0.5 == pytest.approx(12.5, rel=0.02)

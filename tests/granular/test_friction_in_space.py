@@ -90,7 +90,7 @@ def test_friction_by_averages_goes_on_from_its_file_alone(tmp_path, backend):
     problem = fv.Problem(model, fv.Grid(0.0, 10.0, 50), initial, 1.0, sources=gr.CoulombFriction(np.linspace(0.1, 0.5, 50)))
     whole = fv.solve(problem, backend=backend)
     with pytest.raises(fv.SolveError):
-        fv.solve(problem, backend=backend, checkpoint=fv.Checkpoint(file), max_steps=10)
+        fv.solve(problem, backend=backend, checkpoint=fv.Checkpoint(file), limits=fv.Limits(steps=10))
     np.testing.assert_array_equal(fv.resume(file).q[-1], whole.q[-1])
 
 

@@ -107,7 +107,7 @@ def error(channel, riemann, cells):
 
     enters = [depth(0.0)] if froude(0.0) > 1.0 else None
     inflow = gr.Hydrograph([0.0], [channel.q], [0.0], depth=enters)
-    outflow = fv.Outflow() if froude(LENGTH) > 1.0 else gr.Stage(at[-1] + depth(LENGTH))
+    outflow = fv.Outflow() if froude(LENGTH) > 1.0 else gr.FixedLevel(at[-1] + depth(LENGTH))
     problem = fv.Problem(gr.ShallowWater(g=G), grid, np.stack([h, np.full(cells, channel.q)]), 3000.0, {"b": b}, (inflow, outflow),
                          gr.Manning(channel.n))
     found = fv.solve(problem, fv.WavePropagation(riemann), backend="auto").q[-1]

@@ -227,7 +227,7 @@ def test_a_dam_break_on_dry_ground(riemann):
 def test_hard_scenes_finish_without_negative_masses(name):
     problem = gr.scene(name).problem(gr.TwoPhase, 60)
     for riemann in (fv.Roe(), fv.HLL()):
-        solution = solve(problem, fv.MethodOfLines(riemann), nonhyperbolic="ignore", max_steps=300)
+        solution = solve(problem, fv.MethodOfLines(riemann), nonhyperbolic="ignore", limits=fv.Limits(steps=300))
         assert solution.q[:, [0, 2]].min() >= 0.0
         assert max(map(abs, solution.stats.mass_drift.values())) <= 1e-13
 

@@ -101,7 +101,7 @@ def test_books_survive_a_checkpoint(tmp_path, backend):
     problem = box(gr.TwoPhase(), gr.Rain(1e-2, phi=0.25), h=0.1, t_end=4.0)
     whole = fv.solve(problem, times=[2.0, 4.0], backend=backend)
     with pytest.raises(fv.SolveError):
-        fv.solve(problem, times=[2.0, 4.0], backend=backend, checkpoint=fv.Checkpoint(file), max_steps=whole.stats.steps // 2)
+        fv.solve(problem, times=[2.0, 4.0], backend=backend, checkpoint=fv.Checkpoint(file), limits=fv.Limits(steps=whole.stats.steps // 2))
     again = fv.resume(file)
     np.testing.assert_array_equal(again.q, whole.q)
     assert again.stats.entered_by_sources == whole.stats.entered_by_sources

@@ -391,8 +391,8 @@ ENDS = {
     'left = {type = "hydrograph", file = "flood.csv"}': gr.Hydrograph([0.0, 90.0, 180.0], [0.0, 2.0, 1.0], [0.1, 0.5, 0.3]),
     'left = {type = "hydrograph", times = [0, 9], discharge = 1, phi = 0.4, depth = [0.1, 0.2], slope = -0.1}':
         gr.Hydrograph([0.0, 9.0], 1.0, 0.4, [0.1, 0.2], slope=-0.1),
-    'left = {type = "stage", level = 2.5}': gr.Stage(2.5),
-    'left = {type = "stage", level = [2.5, 3.0], times = [0, 9], slope = 0}': gr.Stage([2.5, 3.0], times=[0.0, 9.0], slope=0.0),
+    'left = {type = "fixed-level", level = 2.5}': gr.FixedLevel(2.5),
+    'left = {type = "fixed-level", level = [2.5, 3.0], times = [0, 9], slope = 0}': gr.FixedLevel([2.5, 3.0], times=[0.0, 9.0], slope=0.0),
     'left = {type = "outflow", slope = 0.1}': fv.Outflow(slope=0.1),
     'left = {type = "uniform-slope", slope = 0.1}': gr.UniformSlope(0.1),
     'left = "uniform-slope"': gr.UniformSlope(),
@@ -421,7 +421,7 @@ def test_ends_of_channels_in_files(flood, text):
     ('{type = "hydrograph", file = "flood.csv", phi = 0.4}', r"line 18: unknown key `phi`; .*allowed: type, file"),
     ('{type = "hydrograph", file = "none.csv"}', "line 18: .*none.csv"),
     ('{type = "hydrograph", times = [0, 0], discharge = 1.0, phi = 0.4}', "line 18: `times` of a Hydrograph must ascend"),
-    ('{type = "stage"}', "line 18: .*`level`"), ('"stage"', "line 18: `left` needs a table with fields"),
+    ('{type = "fixed-level"}', "line 18: .*`level`"), ('"fixed-level"', "line 18: `left` needs a table with fields"),
 ])
 def test_mistakes_in_ends_of_channels(flood, text, words):
     path = flood / "release.toml"

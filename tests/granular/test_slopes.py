@@ -101,7 +101,7 @@ def uniform_drift(law, riemann, order, slope, froude, fall, model=gr.ShallowWate
     q = made.conserved_from(np.full(cells, h), phi, v, v)
     state, b = tuple(float(row[0]) for row in q), -slope * dx * (np.arange(cells) + 0.5)
     problem = fv.Problem(made, fv.Grid(0.0, cells * dx, cells), q, 1e9, {"b": b}, (Sloping(state, -slope), Sloping(state, slope)), friction)
-    seen = fv.solve(problem, scheme(riemann, order, cfl=cfl), max_steps=steps, throw=False, nonhyperbolic="ignore").observables()
+    seen = fv.solve(problem, scheme(riemann, order, cfl=cfl), limits=fv.Limits(steps=steps), throw=False, nonhyperbolic="ignore").observables()
     return max(np.abs(seen["h"] / h - 1.0).max(), np.abs(seen["v"] / v - 1.0).max())
 
 

@@ -61,7 +61,7 @@ def kill_runs(count, folder, backend="numpy", seed=1):
 def kill_writers(count, path, seed=2):
     """Kill a process that writes two solutions in turn under one name; each time the file is one of them. Return the kills."""
     rng, path = np.random.default_rng(seed), Path(path)
-    solutions = [fv.solve(avalanche(cells=cells), backend="numpy", max_steps=3, throw=False) for cells in (500, 900)]
+    solutions = [fv.solve(avalanche(cells=cells), backend="numpy", limits=fv.Limits(steps=3), throw=False) for cells in (500, 900)]
     known = {solution.q.tobytes() for solution in solutions}
     solutions[0].save(path)
 

@@ -31,7 +31,7 @@ def rest(cells):
 
 def long_run(problem, steps, backend):
     """Take so many steps; return the largest relative change of a mass, the largest speed, and whether all is sound."""
-    solution = fv.solve(problem, fv.WavePropagation(gr.Relaxation()), backend=backend, max_steps=steps, throw=False,
+    solution = fv.solve(problem, fv.WavePropagation(gr.Relaxation()), backend=backend, limits=fv.Limits(steps=steps), throw=False,
                         nonhyperbolic="ignore")
     assert solution.status is fv.Status.MAX_STEPS
     assert solution.stats.steps == steps

@@ -63,7 +63,7 @@ def _columns(path):
 #: {kind: (ending, function of a path that returns what was read, comparable)}. A resumed run makes no step.
 READERS = {
     "npz": (".npz", lambda path: _state(fv.load(path))),
-    "checkpoint": (".npz", lambda path: _state(fv.resume(path, max_steps=0, throw=False, checkpoint=None))),
+    "checkpoint": (".npz", lambda path: _state(fv.resume(path, limits=fv.Limits(steps=0), throw=False, checkpoint=None))),
     "netcdf": (".nc", lambda path: _state(fv.load(path))),
     "scene": (".toml", _scene),
     "sweep": (".toml", _sweep),
@@ -75,7 +75,7 @@ def seeds(folder):
     """Write a valid file of each kind and return {kind: its bytes}."""
     folder = Path(folder)
     problem = gr.scene("riemann").problem(gr.TwoPhase, 12)
-    solution = fv.solve(problem, backend="numpy", max_steps=3, throw=False, checkpoint=fv.Checkpoint(folder / "checkpoint.npz"))
+    solution = fv.solve(problem, backend="numpy", limits=fv.Limits(steps=3), throw=False, checkpoint=fv.Checkpoint(folder / "checkpoint.npz"))
     found = {"npz": solution.save(folder / "npz.npz").read_bytes(), "checkpoint": (folder / "checkpoint.npz").read_bytes(),
              "scene": SCENE_TOML, "sweep": SWEEP_TOML, "csv": COLUMNS_CSV}
     with suppress(ImportError):  # without the extra io there is nothing to read

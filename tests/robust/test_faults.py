@@ -79,7 +79,7 @@ def test_ctrl_c_and_sigterm_leave_a_partial_solution_a_checkpoint_and_exit_code_
     assert f"fvkit run --resume {path}" in said
     partial = fv.load(out / "solution.npz")
     assert partial.status is fv.Status.INTERRUPTED
-    more = fv.resume(path, max_steps=partial.stats.steps, throw=False)
+    more = fv.resume(path, limits=fv.Limits(steps=partial.stats.steps), throw=False)
     assert more.q[-1].tobytes() == partial.q[-1].tobytes()
 
 
@@ -112,7 +112,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_full_disk_leaves_the_old_file_and_no_other(suffix, tmp_path):
     path = tmp_path / f"file.{suffix}"
-    old, new = solve(avalanche(cells=30)), solve(avalanche(cells=2000), max_steps=2, throw=False)
+    old, new = solve(avalanche(cells=30)), solve(avalanche(cells=2000), limits=fv.Limits(steps=2), throw=False)
     old.save(path)
     with full_disk(20_000), pytest.raises(OSError, match=path.name) as caught:
         new.save(path)
@@ -161,9 +161,9 @@ def test_a_finished_run_whose_last_checkpoint_fails_keeps_its_solution(tmp_path)
 @netcdf
 def test_a_stream_on_a_full_disk_ends_the_run_and_keeps_the_old_file(tmp_path):
     path, times = tmp_path / "run.nc", np.linspace(0.01, 0.3, 30)
-    old = solve(avalanche(cells=30), times=[0.1], stream=path)
+    old = solve(avalanche(cells=30), times=[0.1], record=fv.Stream(path))
     with full_disk(500_000), pytest.raises(OSError, match=r"run\.part\.nc") as caught:
-        solve(avalanche(cells=1000), times=times, stream=path)
+        solve(avalanche(cells=1000), times=times, record=fv.Stream(path))
     assert caught.value.errno in DISK
     assert "raised while writing an output" in caught.value.__notes__[0]
     assert caught.value.solution.t[-1] in times
@@ -173,7 +173,7 @@ def test_a_stream_on_a_full_disk_ends_the_run_and_keeps_the_old_file(tmp_path):
     assert kept.t.tolist() == [0.0, *times[:len(kept.t) - 1]]
     same = solve(avalanche(cells=1000), times=times[:len(kept.t) - 1])
     assert kept.q.tobytes() == same.q.tobytes()
-    solve(avalanche(cells=20), stream=path)
+    solve(avalanche(cells=20), record=fv.Stream(path))
     assert fv.load(path).grid.num_cells == 20
 
 
@@ -277,7 +277,7 @@ def test_a_second_stream_to_one_file_is_refused_and_the_first_goes_on(tmp_path):
             child = forked(lambda: streamed(path))
             refused.append(os.WEXITSTATUS(os.waitpid(child, 0)[1]))
 
-    whole = solve(avalanche(), times=TIMES, observers=[second], stream=path)
+    whole = solve(avalanche(), times=TIMES, observers=[second], record=fv.Stream(path))
     assert refused == [3]
     assert fv.load(path).q.tobytes() == solve(avalanche(), times=TIMES).q.tobytes()
     assert whole.success
@@ -285,7 +285,7 @@ def test_a_second_stream_to_one_file_is_refused_and_the_first_goes_on(tmp_path):
 
 def streamed(path):
     try:
-        solve(avalanche(cells=20), stream=path)
+        solve(avalanche(cells=20), record=fv.Stream(path))
     except ValueError as error:
         return 3 if "is open elsewhere" in str(error) else 4
     return 0

@@ -172,7 +172,7 @@ def test_every_exception_survives_pickling_and_copying(kind, way):
 def fails(how):
     if how == "read":
         fv.load(__file__)
-    return fv.solve(RIEMANN.problem(gr.TwoPhase, 20), max_steps=how).t[-1]
+    return fv.solve(RIEMANN.problem(gr.TwoPhase, 20), limits=fv.Limits(steps=how)).t[-1]
 
 
 def test_exceptions_arrive_from_a_pool_of_processes():

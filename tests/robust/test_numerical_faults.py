@@ -95,7 +95,7 @@ def sound(stepper):
 def test_a_model_that_lies_ends_with_a_status_that_says_when_and_where(lie, statuses, scheme):
     if lie is Small and isinstance(scheme, fv.MethodOfLines):
         pytest.skip("its later stages see larger speeds, and what is rejected for these keeps the run finite and positive")
-    solution = solve(dam(lie()), scheme, observers=[sound], throw=False, max_steps=2000)
+    solution = solve(dam(lie()), scheme, observers=[sound], throw=False, limits=fv.Limits(steps=2000))
     assert solution.status.name in statuses, solution.message
     assert f"at t = {solution.t[-1]:.8g}, step {solution.stats.steps} in cell " in solution.message
     assert "x = " in solution.message
@@ -151,7 +151,7 @@ def test_a_first_step_far_too_long_is_shortened_by_both_families_of_schemes():
 
 
 def test_retries_are_bounded_where_no_step_is_good_enough():
-    solution = solve(dam(Honest()), SCHEMES[0], dt=1.0, throw=False)
+    solution = solve(dam(Honest()), SCHEMES[0], step=fv.Step(dt=1.0), throw=False)
     assert (solution.status, solution.stats.steps, solution.stats.rejected) == (fv.Status.DT_TOO_LARGE, 0, 1)
     assert "in cell" in solution.message
 
@@ -206,7 +206,7 @@ def cases():
                          "stepping on"),
             "observer": (dict(problem=dam(Honest()), observers=[After(7)]), "calling the observer After(calls=0)"),
             "progress": (dict(problem=dam(Honest()), observers=[lambda stepper: None], progress=After(0)), "showing progress"),
-            "stop": (dict(problem=dam(Honest()), stop=StopAfter(every=3)), "asking StopAfter(every=3, asked=After(calls=0))")}
+            "until": (dict(problem=dam(Honest()), until=StopAfter(every=3)), "asking StopAfter(every=3, asked=After(calls=0))")}
 
 
 @pytest.mark.parametrize("which", cases())
@@ -235,7 +235,7 @@ def test_the_partial_solution_is_that_of_a_run_that_stops_there(tmp_path):
     with pytest.raises(Trouble) as caught:
         solve(avalanche(), times=[0.05, 0.3], observers=[After(9)], checkpoint=fv.Checkpoint(path))
     partial = caught.value.solution
-    same = solve(avalanche(), times=[0.05, 0.3], max_steps=10, throw=False)
+    same = solve(avalanche(), times=[0.05, 0.3], limits=fv.Limits(steps=10), throw=False)
     assert partial.stats.steps == 10
     assert partial.q.tobytes() == same.q.tobytes()
     whole = solve(avalanche(), times=[0.05, 0.3])

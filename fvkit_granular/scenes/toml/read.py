@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import Outflow, Periodic, Wall, validation
-from fvkit_granular.boundaries import GivenFlow, Hydrograph, Stage, UniformSlope
+from fvkit_granular.boundaries import FixedLevel, GivenFlow, Hydrograph, UniformSlope
 from fvkit_granular.scenes.library.catalogue import scene_factory, scene_names
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
@@ -23,7 +23,7 @@ SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that e
 
 #: Boundary conditions and sources by their names in files. Their fields are the other keys of a table: a new class is one line.
 BOUNDARIES: dict[str, type] = {"outflow": Outflow, "wall": Wall, "periodic": Periodic, "inflow": GivenFlow,
-                               "hydrograph": Hydrograph, "stage": Stage, "uniform-slope": UniformSlope}
+                               "hydrograph": Hydrograph, "fixed-level": FixedLevel, "uniform-slope": UniformSlope}
 SOURCES: dict[str, type] = {"constant-drag": ConstantDrag, "velocity-drag": VelocityDrag, "pitman-le-drag": PitmanLeDrag,
                             "coulomb": CoulombFriction, "voellmy": Voellmy, "manning": Manning}
 

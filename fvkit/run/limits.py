@@ -1,0 +1,31 @@
+"""`Limits`: what a run may use up before it ends as failed."""
+
+import attrs
+import numpy as np
+
+from fvkit.pointwise.part import Part
+from fvkit.validation import optional_number, whole
+
+
+@attrs.frozen
+class Limits(Part):
+    """Limits of a run: steps and wall time.
+
+    Parameters
+    ----------
+    steps : largest number of accepted steps, counted from the start of the run (`Status.MAX_STEPS`).
+    seconds : wall time of the stepping, s, kept to about 0.1 s (`Status.OVER_BUDGET`); None for no limit.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Limits(steps=1000, seconds=60.0)
+    Limits(steps=1000, seconds=60.0)
+    """
+
+    steps: int = attrs.field(default=10_000_000, converter=lambda value: whole(value, "steps", at_least=0))
+    seconds: float | None = optional_number(above=0.0)
+
+    def used_up(self, steps: int, seconds: float) -> bool:
+        """Whether a run that has taken so many steps and so much time may not go on."""
+        return steps >= self.steps or seconds > (np.inf if self.seconds is None else self.seconds)
