@@ -259,13 +259,14 @@ def _check_phases(kind: type[Model]) -> None:
     """Make `Phase` of pairs; refuse what does not name rows of masses and the row of their momentum."""
     rows = range(len(kind.conserved))
     try:
-        kind.phases = tuple(Phase(*pair) for pair in kind.phases)
-        good = all(phase.masses and {*phase.masses, phase.momentum} <= {*rows} for phase in kind.phases)
+        phases = tuple(Phase(*pair) for pair in kind.phases)
+        good = all(phase.masses and {*phase.masses, phase.momentum} <= {*rows} for phase in phases)
     except (TypeError, ValueError):
         good = False
     if not good:
         raise TypeError(f"`phases` of {kind.__name__} must be a tuple of phases, each with its rows of masses and the row of "
                         f"their momentum, such as (fv.Phase((0,), 1),), with rows below {len(rows)}, got {kind.phases!r}")
+    kind.phases = phases
 
 
 def aux_rows(model: Model, aux: Mapping[str, Any]) -> tuple[np.ndarray, ...]:

@@ -116,7 +116,7 @@ def test_observables_of_a_user_model_are_its_components():
 @pytest.mark.parametrize(("declared", "message"), [
     ({"conserved": "h"}, r"`conserved` of Mine must be a tuple of names .* write \('h',\)"),
     ({"conserved": ("h", "m"), "aux": "b"}, r"`aux` of Mine must be a tuple of names .* write \('b',\)"),
-    ({"conserved": ("h", "m"), "phases": ((0, 1),)}, r"`phases` of Mine must be a tuple of pairs .* got \(\(0, 1\),\)"),
+    ({"conserved": ("h", "m"), "phases": ((0, 1),)}, r"`phases` of Mine must be a tuple of phases.* got \(\(0, 1\),\)"),
     ({"conserved": ("h", "m"), "phases": (((0,), 2),)}, "with rows below 2"),
     ({"conserved": ("h", "m"), "phases": (((), 1),)}, "`phases` of Mine"),
 ])
