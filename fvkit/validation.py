@@ -198,14 +198,16 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
                      + (f", did you mean {nearest[0]}?" if nearest else ""))
 
 
-def within(*, hint: str = "", **bounds: float) -> Any:
-    """Return the converter of a float field that keeps the bounds of `real`."""
-    return attrs.Converter(lambda value, field: real(value, field.name, hint=hint, **bounds), takes_field=True)
+def number(default: Any = attrs.NOTHING, *, hint: str = "", **bounds: float) -> Any:
+    """Declare a float field, validated against the bounds of `real`."""
+    return attrs.field(default=default, converter=attrs.Converter(
+        lambda value, field: real(value, field.name, hint=hint, **bounds), takes_field=True))
 
 
-def number(default: float, *, hint: str = "", **bounds: float) -> Any:
-    """Declare a float field with a default, validated against the bounds of `real`."""
-    return attrs.field(default=default, converter=within(hint=hint, **bounds))
+def integer(default: Any = attrs.NOTHING, *, at_least: int, hint: str = "", kw_only: bool = False) -> Any:
+    """Declare an int field, validated against the bounds of `whole`."""
+    return attrs.field(default=default, kw_only=kw_only, converter=attrs.Converter(
+        lambda value, field: whole(value, field.name, at_least=at_least, hint=hint), takes_field=True))
 
 
 def switch(default: bool) -> Any:
@@ -258,4 +260,4 @@ class Portable:
     args: tuple[Any, ...]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]  # as pickle does it

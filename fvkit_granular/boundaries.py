@@ -279,10 +279,10 @@ class GivenFlow(Given):
     """
 
     # Not annotated as floats: those are parameters of pointwise code, and here only `values`, plain Python, reads them.
-    h: Any = attrs.field(converter=validation.within(at_least=0.0, hint="depth in m"))  # type: ignore[misc]
-    phi: Any = attrs.field(converter=validation.within(at_least=0.0, at_most=1.0, hint="solid fraction"))  # type: ignore[misc]
-    vs: Any = attrs.field(default=0.0, converter=validation.within(hint="velocity in m/s"))  # type: ignore[misc]
-    vf: Any = attrs.field(default=0.0, converter=validation.within(hint="velocity in m/s"))  # type: ignore[misc]
+    h: Any = validation.number(at_least=0.0, hint="depth in m")
+    phi: Any = validation.number(at_least=0.0, at_most=1.0, hint="solid fraction")
+    vs: Any = validation.number(0.0, hint="velocity in m/s")
+    vf: Any = validation.number(0.0, hint="velocity in m/s")
 
     def given(self, model, t):
         if not callable(getattr(model, "conserved_from", None)):

@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 
 from fvkit import Observer, Problem
-from fvkit.validation import within
+from fvkit.validation import number
 
 
 @attrs.define(eq=False)
@@ -32,8 +32,8 @@ class Front(Observer):
         (num_cells,) depth at the last step where all velocities are below ``at_rest``, 0 elsewhere, m.
     """
 
-    threshold: float = attrs.field(converter=within(above=0.0))  # type: ignore[misc]
-    at_rest: float = attrs.field(default=1e-3, converter=within(above=0.0))  # type: ignore[misc]
+    threshold: float = number(above=0.0)
+    at_rest: float = number(1e-3, above=0.0)
     _notes: list[tuple[float, float, float]] = attrs.field(factory=list, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:

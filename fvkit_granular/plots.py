@@ -69,7 +69,10 @@ def accuracy(scheme: Scheme | RiemannSolver, cells: Sequence[int] = (50, 100, 20
         solution = solve(jumps.problem(TwoPhase, count), chosen, backend=backend)
         profile.plot(solution.grid.centers, solution.q[-1][0], color=color, linewidth=1.2,
                      label=f"{count} cells")
-    reference = jumps.known_reference().averages(TwoPhase(), solution.grid, jumps.t_end)  # type: ignore[union-attr]
+    known = jumps.known_reference()
+    if known is None:
+        raise ValueError(f"the scene {JUMPS} has no reference")
+    reference = known.averages(TwoPhase(), solution.grid, jumps.t_end)
     profile.plot(solution.grid.centers, reference[0], color="0.35", linestyle="--", linewidth=0.9, label="semi-exact")
     profile.set(xlabel="x, m", ylabel="solid depth hs, m", title=f"{JUMPS}, t = {jumps.t_end:g} s")
     for k, (name, order) in enumerate(((JUMPS, 1), (SMOOTH, chosen.nominal_order))):

@@ -7,7 +7,7 @@ from typing import Any
 try:
     import fcntl
 except ImportError:  # Windows: what is open there cannot be opened again for writing
-    fcntl = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]  # not on every system
 
 
 class PatientFile:

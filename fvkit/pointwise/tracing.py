@@ -125,7 +125,7 @@ class Expr:
     def __ne__(self, other: Any) -> Any:
         return self.graph.node("!=", self, _value(other))
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None  # type: ignore[assignment]  # a symbol compares to a symbol: it is no key
 
     def __and__(self, other: Any) -> Any:
         return self.graph.node("&", self, _value(other))

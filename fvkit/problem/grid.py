@@ -5,11 +5,7 @@ from math import prod
 import attrs
 import numpy as np
 
-from fvkit.validation import whole, within
-
-
-def _cells(value: object) -> int:
-    return whole(value, "num_cells", at_least=1, hint="the number of cells")
+from fvkit.validation import integer, number
 
 
 @attrs.frozen
@@ -28,9 +24,9 @@ class Axis:
         cells cannot be told apart.
     """
 
-    lower: float = attrs.field(converter=within())  # type: ignore[misc]
-    upper: float = attrs.field(converter=within())  # type: ignore[misc]
-    num_cells: int = attrs.field(converter=_cells)
+    lower: float = number()
+    upper: float = number()
+    num_cells: int = integer(at_least=1, hint="the number of cells")
 
     def __attrs_post_init__(self) -> None:
         if not self.lower < self.upper:
@@ -85,9 +81,9 @@ class Grid:
     ((50,), 0.2, 0.1)
     """
 
-    lower: float = attrs.field(converter=within())  # type: ignore[misc]
-    upper: float = attrs.field(converter=within())  # type: ignore[misc]
-    num_cells: int = attrs.field(converter=_cells)
+    lower: float = number()
+    upper: float = number()
+    num_cells: int = integer(at_least=1, hint="the number of cells")
     axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:

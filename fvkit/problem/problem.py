@@ -102,7 +102,7 @@ class Problem:
     model: Model = attrs.field()
     grid: Grid = attrs.field()
     initial: Callable[[np.ndarray], Any] | Any = attrs.field(repr=False)
-    t_end: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    t_end: float = validation.number()
     aux: Mapping[str, Any] = attrs.field(factory=dict, repr=False)
     boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
     sources: Any = attrs.field(default=(), converter=source_list)

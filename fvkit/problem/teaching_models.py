@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 
 from fvkit.problem.model import Model
-from fvkit.validation import number, within
+from fvkit.validation import number
 
 
 @attrs.frozen
@@ -21,7 +21,7 @@ class Advection(Model):
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
 
-    speed: float = attrs.field(converter=within())  # type: ignore[misc]
+    speed: float = number()
 
     def flux(self, q):
         (u,) = q

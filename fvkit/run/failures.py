@@ -65,4 +65,4 @@ class Fate:
             with suppress(AttributeError):  # an exception that takes nothing is passed on all the same
                 error.add_note("; ".join(self.words))
         with suppress(AttributeError):  # an exception may be frozen
-            error.solution = solution  # type: ignore[union-attr]
+            error.solution = solution  # type: ignore[union-attr]  # any exception may carry it

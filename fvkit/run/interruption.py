@@ -21,5 +21,5 @@ def keeping(result: Callable[[], Any]) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        error.result = result()  # type: ignore[attr-defined]
+        error.result = result()  # type: ignore[attr-defined]  # for who asked for the study
         raise

@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 
 from fvkit.pointwise.part import Part
-from fvkit.validation import optional_number, whole
+from fvkit.validation import integer, optional_number
 
 
 @attrs.frozen
@@ -23,7 +23,7 @@ class Limits(Part):
     Limits(steps=1000, seconds=60.0)
     """
 
-    steps: int = attrs.field(default=10_000_000, converter=lambda value: whole(value, "steps", at_least=0))
+    steps: int = integer(10_000_000, at_least=0)
     seconds: float | None = optional_number(above=0.0)
 
     def used_up(self, steps: int, seconds: float) -> bool:

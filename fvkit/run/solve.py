@@ -101,8 +101,9 @@ class Control:
 
     def ends(self, stepper: Stepper) -> bool:
         """Whether ``until`` ends the run here."""
-        asked = self.until is not None and stepper.steps > 0 and stepper.steps % self.until.every == 0
-        return asked and self.until.reached(stepper.problem, stepper.t, stepper.q)  # type: ignore[union-attr]
+        until = self.until
+        return until is not None and stepper.steps > 0 and stepper.steps % until.every == 0 \
+            and until.reached(stepper.problem, stepper.t, stepper.q)
 
 
 def run_to_end(stepper: Stepper, targets: list[float], frames: Snapshots, control: Control, checkpoint: Checkpoint | None,

@@ -2,21 +2,16 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
 
 import attrs
 import numpy as np
 
 from fvkit.pointwise.part import Part
 from fvkit.problem.problem import Problem
-from fvkit.validation import number, whole
+from fvkit.validation import integer, number
 
 #: Unit of the observables that are velocities.
 VELOCITY = "m s-1"
-
-
-def _every(value: Any) -> int:
-    return whole(value, "every", at_least=1)
 
 
 @attrs.frozen
@@ -28,7 +23,7 @@ class Stop(Part, ABC):
     3. ``check(problem)`` raises ValueError where the rule does not fit a problem.
     """
 
-    every: int = attrs.field(default=20, kw_only=True, converter=_every)
+    every: int = integer(20, at_least=1, kw_only=True)
 
     @abstractmethod
     def reached(self, problem: Problem, t: float, q: np.ndarray) -> bool:

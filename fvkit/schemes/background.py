@@ -28,7 +28,7 @@ def scanning(model: Model) -> Model:
 
 def adding_up(model: Model, total: Callable[..., Any]) -> Model:
     """Return a model whose jump is what a Riemann solver with waves of its own finds, ``total(ql, qr, auxl, auxr)``."""
-    class AddingUp(type(model)):  # type: ignore[misc]
+    class AddingUp(type(model)):  # type: ignore[misc]  # its base is known at run time
         """See `adding_up`."""
 
         def jump(self, ql, qr, auxl, auxr):
@@ -53,7 +53,7 @@ def _as(kind: type[Model], model: Model) -> Model:
 
 @lru_cache(maxsize=64)
 def _scanning(kind: type[Model]) -> type[Model]:
-    class Scanning(kind):  # type: ignore[misc, valid-type]
+    class Scanning(kind):  # type: ignore[misc, valid-type]  # its base is known at run time
         """See `scanning`."""
 
         scans = True
@@ -95,7 +95,7 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
     def split(auxl: Any, auxr: Any) -> tuple[Any, Any, Any, Any]:
         return auxl[:given], auxr[:given], auxl[given:], auxr[given:]
 
-    class Deviation(kind):  # type: ignore[misc, valid-type]
+    class Deviation(kind):  # type: ignore[misc, valid-type]  # its base is known at run time
         """See `deviation`."""
 
         def jump(self, ql, qr, auxl, auxr):

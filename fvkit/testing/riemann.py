@@ -30,10 +30,10 @@ class RiemannConformance(OnModel):
     def face(self, seed: int, step: float = 0.0) -> tuple[Any, Any, Any, Any]:
         """Random states on both sides of faces, and aux values that differ by up to ``step``."""
         rng = np.random.default_rng(seed)
-        sides = (tuple(self.random(rng, COUNT)) for _ in range(2))
+        left, right = (tuple(self.random(rng, COUNT)) for _ in range(2))
         around = np.array(self.given(seed, COUNT)).reshape(len(self.model.aux), COUNT)
-        aux = (tuple(around + rng.uniform(-step, step, around.shape)) for _ in range(2))
-        return *sides, *aux  # type: ignore[return-value]
+        auxl, auxr = (tuple(around + rng.uniform(-step, step, around.shape)) for _ in range(2))
+        return left, right, auxl, auxr
 
     def solved(self, face: tuple[Any, Any, Any, Any]) -> tuple[Any, Any, Any]:
         """The jump of faces, their waves and speeds, as arrays."""

@@ -147,7 +147,9 @@ def follow(flow: Discharges, start: tuple[float, float, float], heading: float, 
     def stands(s: float, y: FloatArray) -> float:
         return float(flow.standing(y[0], y[1]))
 
-    arrived.terminal = stands.terminal = True  # type: ignore[attr-defined]
+    events: list[Any] = [arrived, stands]
+    for event in events:
+        event.terminal = True
     if start[2] == to:
         at = np.array(start)
         return Piece(None, 0.0, 0.0, at, at, False)
@@ -155,7 +157,7 @@ def follow(flow: Discharges, start: tuple[float, float, float], heading: float, 
     # at a start where a wave stands, P(0) is rounding: its sign must not count as a crossing
     clear = abs(flow.slope(0.0, np.array(start))[2]) > 1e-8
     done = solve_ivp(flow.slope, (0.0, reach), start, method="DOP853", rtol=RTOL, atol=ATOL, dense_output=True,
-                     events=(arrived, stands) if clear else (arrived,), first_step=1e-6 * (start[0] + start[1]))
+                     events=events if clear else (arrived,), first_step=1e-6 * (start[0] + start[1]))
     bad = flow.margin(done.y[0], done.y[1]) < 0.0
     if bad.any():
         hs, hf, b = done.y[:, int(np.argmax(bad))]

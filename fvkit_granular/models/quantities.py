@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Model, validation
+from fvkit import validation
 from fvkit.problem.cell_averages import levelled
 
 QUANTITIES = {
@@ -147,7 +147,7 @@ def critical_depth(q: float, g: float = 9.81) -> float:
 Flow = Callable[[np.ndarray], Mapping[str, Any]]
 
 
-def conserved(model: Model, flow: Flow, ground: Callable[[np.ndarray], Any] | None = None) -> Callable[[np.ndarray], np.ndarray]:
+def conserved(model: Any, flow: Flow, ground: Callable[[np.ndarray], Any] | None = None) -> Callable[[np.ndarray], np.ndarray]:
     """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}.
 
     Over ``ground``, x -> b, the flow may give ``surface``, its level, for h: cells that are dry in part then get the depth of the
@@ -155,7 +155,6 @@ def conserved(model: Model, flow: Flow, ground: Callable[[np.ndarray], Any] | No
     """
     def values(x: np.ndarray) -> np.ndarray:
         state = whole_flow(over_ground(flow(x), x, ground, levelled))
-        return model.conserved_from(*(over(x, state[name], name)  # type: ignore[attr-defined]
-                                      for name in ("h", "phi", "vs", "vf")))
+        return model.conserved_from(*(over(x, state[name], name) for name in ("h", "phi", "vs", "vf")))
 
     return values

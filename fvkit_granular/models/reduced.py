@@ -6,12 +6,13 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, Phase, RiemannSolver, maximum, minimum, where
+from fvkit import Phase, maximum, minimum, where
 from fvkit.pointwise.polynomial import exchange, product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio, solid_and_fluid
-from fvkit_granular.models.relaxation import Relaxation, mass_and_momentum, sound_speeds
+from fvkit_granular.models.quantities import bottom, broadcast, ratio, solid_and_fluid
+from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
+from fvkit_granular.models.shallow_flow import ShallowFlow
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
     IMMOBILE,
@@ -21,7 +22,6 @@ from fvkit_granular.models.wet_dry import (
     face_step,
     kinetic_head,
     present,
-    resolved,
     settled,
     share,
     threshold,
@@ -32,7 +32,7 @@ from fvkit_granular.models.wet_dry import (
 
 
 @attrs.frozen
-class Reduced(Model):
+class Reduced(ShallowFlow):
     """The limit of strong drag, vs = vf = v, q = (h, rho h, rho h v) with rho = phi + gamma (1 - phi), (5.1).
 
     ::
@@ -56,9 +56,7 @@ class Reduced(Model):
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("h", "rho h", "rho h v")
-    aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[Phase, ...]] = (Phase((0, 1), 2),)
-    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)
     gamma: float = number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
@@ -183,12 +181,6 @@ class Reduced(Model):
         push = product_slope(mass, total(h, aux[0])) + 0.5 * exchange(h, mass)
         return (share(qr[2], qr[1]) * qr[0] - share(ql[2], ql[1]) * ql[0], qr[2] - ql[2],
                 massr * vr * vr - massl * vl * vl + self.g * push)
-
-    def resolved(self, q0: np.ndarray) -> "Reduced":
-        return resolved(self, q0)
-
-    def preferred_riemann(self) -> RiemannSolver:
-        return Relaxation()
 
     def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (3, ...) from depth, solid fraction and velocities, keeping the momentum."""

@@ -6,12 +6,13 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, Phase, RiemannSolver, maximum, where
+from fvkit import Phase, maximum, where
 from fvkit.pointwise.polynomial import product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio
-from fvkit_granular.models.relaxation import Relaxation, mass_and_momentum, sound_speeds
+from fvkit_granular.models.quantities import bottom, broadcast, ratio
+from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
+from fvkit_granular.models.shallow_flow import ShallowFlow
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
     LEAST_DRY,
@@ -21,7 +22,6 @@ from fvkit_granular.models.wet_dry import (
     kinetic_head,
     mean_velocity,
     present,
-    resolved,
     settled,
     upper,
     velocity,
@@ -30,7 +30,7 @@ from fvkit_granular.models.wet_dry import (
 
 
 @attrs.frozen
-class ShallowWater(Model):
+class ShallowWater(ShallowFlow):
     """Single-phase shallow water, q = (h, h v).
 
     ::
@@ -49,9 +49,7 @@ class ShallowWater(Model):
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("h", "h v")
-    aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[Phase, ...]] = (Phase((0,), 1),)
-    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)
     dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
@@ -146,12 +144,6 @@ class ShallowWater(Model):
     def cell_integral(self, ql, qr, q, aux):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
         return qr[1] - ql[1], hr * vr * vr - hl * vl * vl + self.g * product_slope(q[0], total(q[0], aux[0]))
-
-    def resolved(self, q0: np.ndarray) -> "ShallowWater":
-        return resolved(self, q0)
-
-    def preferred_riemann(self) -> RiemannSolver:
-        return Relaxation()
 
     def conserved_from(self, h: Any, phi: Any = 1.0, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (2, ...) from depth, solid fraction and velocities; v = phi vs + (1 - phi) vf."""

@@ -7,11 +7,12 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit import Model, Phase, RiemannSolver, maximum, minimum, where
+from fvkit import Phase, maximum, minimum, where
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio, solid_and_fluid
-from fvkit_granular.models.relaxation import Relaxation, mass_and_momentum, sound_speeds
+from fvkit_granular.models.quantities import bottom, broadcast, ratio, solid_and_fluid
+from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
+from fvkit_granular.models.shallow_flow import ShallowFlow
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
     LEAST_DRY,
@@ -21,7 +22,6 @@ from fvkit_granular.models.wet_dry import (
     kinetic_head,
     mean_velocity,
     present,
-    resolved,
     settled,
     velocity,
     wall_push,
@@ -32,7 +32,7 @@ RARE = 1e-4
 
 
 @attrs.frozen
-class TwoMasses(Model, ABC):
+class TwoMasses(ShallowFlow, ABC):
     """Abstract model of two masses with their velocities, q = (hs, hs vs, hf, hf vf), h = hs + hf. Contract:
 
     1. hs_t + (hs vs)_x = 0, hf_t + (hf vf)_x = 0, (hs vs)_t + (hs vs^2)_x + Ps = 0, (hf vf)_t + (hf vf^2)_x + Pf = 0.
@@ -51,9 +51,7 @@ class TwoMasses(Model, ABC):
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
-    aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[Phase, ...]] = (Phase((0,), 1), Phase((2,), 3))
-    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 
     g: float = number(9.81, above=0.0)
     gamma: float = number(0.5, above=0.0, below=1.0,
@@ -163,12 +161,6 @@ class TwoMasses(Model, ABC):
         outer = 0.5 * (css + cff + gap)
         share = 1.0 / (csf + (outer - css) + TINY)
         return (csf * share, (outer - css) * share), (-outer * share, np.sqrt(outer), np.sqrt(det / (outer + TINY)))
-
-    def resolved(self, q0: np.ndarray) -> "TwoMasses":
-        return resolved(self, q0)
-
-    def preferred_riemann(self) -> RiemannSolver:
-        return Relaxation()
 
     def depth(self, q):
         """Return the depth h of both together, m."""

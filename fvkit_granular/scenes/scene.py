@@ -65,7 +65,7 @@ class Scene:
     """
 
     interval: tuple[float, float] = attrs.field(converter=_interval)
-    t_end: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    t_end: float = attrs.field(converter=lambda value: validation.real(value, "t_end", above=0.0))
     initial: Flow = attrs.field(converter=_flow, repr=False)
     bottom: Any = attrs.field(default=0.0, repr=False)
     boundary: Any = attrs.field(factory=Outflow, validator=lambda scene, field, value: boundary_pair(value))

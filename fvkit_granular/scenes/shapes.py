@@ -42,7 +42,7 @@ def as_shape(value: Any, name: str = "value") -> Shape:
 class Uniform(Shape):
     """The same ``value`` everywhere."""
 
-    value: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    value: float = validation.number()
 
     def __call__(self, x: Any) -> np.ndarray:
         return np.full(np.shape(x), self.value)
@@ -52,9 +52,9 @@ class Uniform(Shape):
 class Step(Shape):
     """``left`` for x < ``at``, m, and ``right`` from there on."""
 
-    at: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    left: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    right: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    at: float = validation.number()
+    left: float = validation.number()
+    right: float = validation.number()
 
     def __call__(self, x: Any) -> np.ndarray:
         return np.where(np.asarray(x) < self.at, self.left, self.right)
@@ -101,9 +101,9 @@ class Steps(Shape):
 class Block(Shape):
     """``height`` where abs(x - centre) < ``half_width``, m, and 0 elsewhere."""
 
-    centre: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    half_width: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
-    height: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    centre: float = validation.number()
+    half_width: float = validation.number(above=0.0)
+    height: float = validation.number()
 
     def __call__(self, x: Any) -> np.ndarray:
         return np.where(np.abs(x - self.centre) < self.half_width, self.height, 0.0)
@@ -113,9 +113,9 @@ class Block(Shape):
 class Hump(Shape):
     """A cosine bump: height/2 (1 + cos(pi (x - centre)/half_width)) where abs(x - centre) < half_width, m, 0 elsewhere."""
 
-    centre: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    half_width: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
-    height: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    centre: float = validation.number()
+    half_width: float = validation.number(above=0.0)
+    height: float = validation.number()
 
     def __call__(self, x: Any) -> np.ndarray:
         phase = (x - self.centre) / self.half_width
@@ -126,9 +126,9 @@ class Hump(Shape):
 class Gaussian(Shape):
     """A bell: height exp(-((x - centre)/width)^2), width in m."""
 
-    centre: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    width: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
-    height: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    centre: float = validation.number()
+    width: float = validation.number(above=0.0)
+    height: float = validation.number()
 
     def __call__(self, x: Any) -> np.ndarray:
         return self.height * np.exp(-(((x - self.centre) / self.width) ** 2))
@@ -138,9 +138,9 @@ class Gaussian(Shape):
 class Cosine(Shape):
     """Waves: mean + amplitude cos(2 pi (x - crest)/wavelength), crest and wavelength in m."""
 
-    mean: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    amplitude: float = attrs.field(converter=validation.within())  # type: ignore[misc]
-    wavelength: float = attrs.field(converter=validation.within(above=0.0))  # type: ignore[misc]
+    mean: float = validation.number()
+    amplitude: float = validation.number()
+    wavelength: float = validation.number(above=0.0)
     crest: float = validation.number(0.0)
 
     def __call__(self, x: Any) -> np.ndarray:
@@ -151,7 +151,7 @@ class Cosine(Shape):
 class Plane(Shape):
     """A straight line: level + slope (x - at), at in m."""
 
-    slope: float = attrs.field(converter=validation.within())  # type: ignore[misc]
+    slope: float = validation.number()
     at: float = validation.number(0.0)
     level: float = validation.number(0.0)
 
@@ -201,6 +201,10 @@ SHAPES: dict[str, type[Shape]] = by_name((Step, Steps, Block, Hump, Gaussian, Co
 #: No velocity.
 NONE = Uniform(0.0)
 
+def _declared(default: Any, converter: Any, kw_only: bool = False) -> Any:
+    return attrs.field(default=default, converter=converter, kw_only=kw_only)
+
+
 #: Converters of the fields: a number becomes the uniform shape, and an error names the field.
 _SHAPE: Any = attrs.Converter(lambda value, field: as_shape(value, field.name), takes_field=True)
 _OPTIONAL: Any = attrs.Converter(lambda value, field: None if value is None else as_shape(value, field.name), takes_field=True)
@@ -221,12 +225,12 @@ class ShapedFlow:
     bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
     """
 
-    h: Shape | None = attrs.field(default=None, converter=_OPTIONAL)  # type: ignore[misc]
-    phi: Shape = attrs.field(default=None, converter=_OPTIONAL, kw_only=True)  # type: ignore[misc]
-    vs: Shape = attrs.field(default=NONE, converter=_SHAPE, kw_only=True)  # type: ignore[misc]
-    vf: Shape = attrs.field(default=NONE, converter=_SHAPE, kw_only=True)  # type: ignore[misc]
-    surface: Shape | None = attrs.field(default=None, converter=_OPTIONAL, kw_only=True)  # type: ignore[misc]
-    bottom: Any = attrs.field(default=None, converter=_GROUND, kw_only=True)  # type: ignore[misc]
+    h: Any = _declared(None, _OPTIONAL)
+    phi: Any = _declared(None, _OPTIONAL, kw_only=True)
+    vs: Any = _declared(NONE, _SHAPE, kw_only=True)
+    vf: Any = _declared(NONE, _SHAPE, kw_only=True)
+    surface: Any = _declared(None, _OPTIONAL, kw_only=True)
+    bottom: Any = _declared(None, _GROUND, kw_only=True)
 
     def __attrs_post_init__(self) -> None:
         if (self.h is None) == (self.surface is None):
@@ -243,7 +247,7 @@ class ShapedFlow:
     def depth(self, x: np.ndarray) -> np.ndarray:
         """Return the depth h at points ``x``, m; ValueError where only the scene knows the bottom."""
         if self.surface is None:
-            return self.h(x)  # type: ignore[misc]
+            return self.h(x)
         if self.bottom is None:
             raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth of its own: ask `Scene.flow`")
         return np.maximum(self.surface(x) - (self.bottom(x) if callable(self.bottom) else self.bottom), 0.0)

@@ -79,7 +79,7 @@ class SceneRun:
     scene: str | Callable[..., Scene] = attrs.field(converter=_factory)
     model: Model | type[Model] = attrs.field(default=TwoPhase, converter=_model)
     scheme: Scheme | None = attrs.field(default=None, converter=_scheme)
-    cells: int = attrs.field(default=400, converter=lambda value: validation.whole(value, "cells", at_least=1))
+    cells: int = validation.integer(400, at_least=1)
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
     backend: str = attrs.field(default="auto", converter=lambda value: validation.choice(value, "backend", BACKENDS))
 

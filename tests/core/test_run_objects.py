@@ -5,8 +5,10 @@ import pytest
 
 import fvkit as fv
 
+RING = fv.Periodic()
 
-def advected(boundary=fv.Periodic(), cells=40, t_end=1.0):
+
+def advected(boundary=RING, cells=40, t_end=1.0):
     return fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, cells), lambda x: [1.0 + 0.5 * np.sin(2.0 * np.pi * x)], t_end, boundary=boundary)
 
 
@@ -33,7 +35,7 @@ def test_a_budget_of_time_is_kept_in_the_checkpoint(tmp_path):
 
 def test_all_threads_are_one_where_they_would_not_pay():
     assert fv.Stepper(advected(), backend="numpy", threads="all").threads == 1
-    with pytest.raises(TypeError, match='`threads` must be a whole number, got \'every\' .*"all"'):
+    with pytest.raises(TypeError, match=r"`threads` must be a whole number, got 'every' .*all"):
         fv.solve(advected(), threads="every")
 
 

@@ -147,7 +147,7 @@ class Generator(Ends):
         for k, stage in enumerate(guarded):
             inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
-            asks = stage.guard(self.parts, self.ratio, *inputs)  # type: ignore[misc]
+            asks = stage.guard(self.parts, self.ratio, *inputs)  # type: ignore[misc]  # all of these have one
             extra.append((f"hit{k} = hit{k} | {{}}", asks))
             if stage.sparse:
                 masks[k] = self.new_row(low), self.graph.node("where", asks, 1.0, 0.0)

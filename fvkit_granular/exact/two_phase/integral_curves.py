@@ -124,7 +124,7 @@ def integral_curve(
     events: list[Any] = [inflection, complex_pair, empty] + ([speed] if stop_speed is not None else [])
     for event in events:
         event.terminal = True
-    inflection.direction = -1.0  # type: ignore[attr-defined]  # a start at the inflection may leave it upwards
+    events[0].direction = -1.0  # a start at the inflection may leave it upwards
     velocity = np.sqrt(g * depth)
     result = solve_ivp(
         rate, (0.0, abs(strength)), np.array(start), method="DOP853", events=events, dense_output=dense,

@@ -1,0 +1,48 @@
+"""`ShallowFlow`: what all models of shallow flow over a bottom have in common."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import attrs
+import numpy as np
+
+from fvkit import Model, RiemannSolver
+from fvkit_granular.models.quantities import QUANTITIES
+from fvkit_granular.models.relaxation import Relaxation
+from fvkit_granular.models.wet_dry import resolved
+
+
+@attrs.frozen
+class ShallowFlow(Model, ABC):
+    """Abstract model of a shallow flow over a bottom b. Contract:
+
+    1. The fields ``g``, gravity, m/s^2, and ``dry``, a depth, m, or None, are parameters of the model.
+    2. ``conserved_from(h, phi, vs, vf)`` says what a flow is to the model; ``depth(q)`` gives it back.
+    3. ``basal_load(q)`` and ``poured(q, solid, fluid)`` serve friction and rain.
+    """
+
+    aux: ClassVar[tuple[str, ...]] = ("b",)
+    quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
+
+    @abstractmethod
+    def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
+        """Return q (num_eqn, ...) from depth h, m, solid fraction phi in [0, 1] and velocities vs, vf, m/s."""
+
+    @abstractmethod
+    def depth(self, q):
+        """Return the depth h, m."""
+
+    @abstractmethod
+    def basal_load(self, q):
+        """Return what presses on the bed, per mass, of each phase, m/s^2."""
+
+    @abstractmethod
+    def poured(self, q, solid, fluid):
+        """Return the masses after depths of solid and fluid, m, have come in, of a negative one at most what is there."""
+
+    def resolved(self, q0: np.ndarray) -> Self:
+        return resolved(self, q0)
+
+    def preferred_riemann(self) -> RiemannSolver:
+        return Relaxation()
