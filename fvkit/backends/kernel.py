@@ -14,7 +14,7 @@ from fvkit.problem import fields
 from fvkit.problem.boundary import BoundaryCondition
 from fvkit.problem.model import Model, aux_rows
 from fvkit.problem.problem import Problem
-from fvkit.schemes.scheme import Parts, Scheme
+from fvkit.schemes.scheme import NET, Parts, Scheme
 
 
 def deepness(model: Any, ql: Any, qr: Any) -> Any:
@@ -109,7 +109,7 @@ class Kernel(ABC):
             at_faces = np.asarray(given(problem.grid.edges), dtype=float) if callable(given) else None
             rows = self.scheme.background(self.parts, flow, aux, at_faces)
             fields = {"q": tuple(flow), "aux": tuple(np.concatenate([aux, rows]))}
-            net = Runner(self.parts, self.plan, {self.cells}).run(fields, self.cells, 0.0)["net"]
+            net = Runner(self.parts, self.plan, {self.cells}).run(fields, self.cells, 0.0)[NET]
         rows = self.scheme.completed(rows, self.padded(np.array([np.broadcast_to(row, self.cells) for row in net])))
         whole = np.concatenate([aux, rows])
         self.aux, self.aux_edges = self.inside(whole).copy(), np.concatenate([whole[:, :halo], whole[:, -halo:]], axis=1)

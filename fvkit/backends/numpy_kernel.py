@@ -12,7 +12,7 @@ from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
 from fvkit.backends.runge_kutta import TRANSPORT, Term, program
 from fvkit.pointwise import CHUNK
 from fvkit.problem.problem import Problem
-from fvkit.schemes.scheme import Parts, Scheme
+from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme
 
 #: Number of cells above which the step is cut into chunks of `CHUNK` cells.
 UNCHUNKED = 30_000
@@ -74,7 +74,7 @@ class NumpyKernel(StepwiseKernel):
         def keep(target: np.ndarray, _: np.ndarray, new: Any) -> None:
             target[:] = new
 
-        return self._sweep(q, out, ratio, "new", keep) if self.parts.joint else self._sweep(q, out, ratio, "net", step)
+        return self._sweep(q, out, ratio, NEW, keep) if self.parts.joint else self._sweep(q, out, ratio, NET, step)
 
     def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, made: str, write: Any) -> tuple[float, np.ndarray, Lost, int]:
         """Write into the cells of ``out`` what ``write`` makes of those of q and a field; return what `_transport` does."""
@@ -85,13 +85,13 @@ class NumpyKernel(StepwiseKernel):
             here = slice(self.halo + start, self.halo + start + n)
             for target, row, net in zip(out, q, fields[made], strict=True):
                 write(target[here], row[here], net)
-            speeds.append(_largest(fields["fastest"]))
+            speeds.append(_largest(fields[SPEED]))
             if self.mass_rows and not self.closed:
-                through, low = fields["to_left"], lows["to_left"]
+                through, low = fields[MASS_FLUX], lows[MASS_FLUX]
                 if start == 0:
-                    flux[0] = [through[row][-low] for row in self.mass_rows]
+                    flux[0] = [row[-low] for row in through]
                 if start + n == self.cells:
-                    flux[1] = [through[row][n - low] for row in self.mass_rows]
+                    flux[1] = [row[n - low] for row in through]
             faces, depths = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
             if len(faces):
                 lost_face = start + int(faces[0]) if lost_face < 0 else lost_face
@@ -114,7 +114,7 @@ class NumpyKernel(StepwiseKernel):
         self.fill_ghosts(q, t)
         result = np.empty((q.shape[0], self.cells))
         for start, n in self._chunks:
-            for row, net in zip(result, self._run(q, start, n, 0.0)["net"], strict=True):
+            for row, net in zip(result, self._run(q, start, n, 0.0)[NET], strict=True):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
@@ -144,9 +144,9 @@ class NumpyKernel(StepwiseKernel):
         """Let pass an end of the grid what its boundary condition says."""
         here = start == 0, start + n == self.cells
         for end, values, met, face in zip(self.problem.ends, self._given_values, here, (0, n), strict=True):
-            if met and "carried" in fields:
-                for row, flux in zip(fields["carried"], imposed(end, self.problem.model, values), strict=False):
-                    row[face - self._runner.lows["carried"]] = flux
+            if met and MASS_FLUX in fields:
+                for row, flux in zip(fields[MASS_FLUX], imposed(end, self.problem.model, values), strict=False):
+                    row[face - self._runner.lows[MASS_FLUX]] = flux
 
 
 class StagedNumpyKernel(NumpyKernel):
@@ -172,7 +172,7 @@ class StagedNumpyKernel(NumpyKernel):
                 self._extend(state)
                 self._source_rate(state, rate, sweep.share * dt)
             else:
-                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], "net",
+                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], NET,
                                     lambda to, _, net: np.negative(net, out=to))
                 if found[0] == found[0]:
                     speed = max(speed, found[0])
@@ -196,7 +196,7 @@ class StagedNumpyKernel(NumpyKernel):
         """Write the mean rate of the implicit sources; 0 where there are none."""
         for start, n in self._chunks:
             here = slice(self.halo + start, self.halo + start + n)
-            nets = (0.0,) * len(out) if self._sources is None else self._sources.run(self._given(q, start, n), n, implicit)["net"]
+            nets = (0.0,) * len(out) if self._sources is None else self._sources.run(self._given(q, start, n), n, implicit)[NET]
             for row, net in zip(out, nets, strict=True):
                 np.negative(net, out=row[here])
 

@@ -19,29 +19,31 @@ class Runner:
         self._reads = {n: self._reading(n) for n in lengths}
 
     def run(self, fields: dict[str, Field], n: int, ratio: float, set_ends: Any = None) -> dict[str, Field]:
-        """Add to the fields q and aux of n cells what all stages write; ``set_ends`` changes fields before the last ones."""
+        """Add to the fields q and aux of n cells what all stages write; ``set_ends`` changes `MASS_FLUX` once it is complete."""
         for stage, reads in zip(self.plan.stages, self._reads[n], strict=True):
-            if stage.writes == ("to_left",) and set_ends is not None:
+            inputs = {name: cut(fields[field], at) if isinstance(at, slice) else tuple([cut(fields[field], one) for one in at])
+                      for name, field, at in reads}
+            asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, **inputs)
+            if np.any(asks):
+                if stage.sparse:
+                    places = np.flatnonzero(asks)
+                    only = stage.run(self.parts, ratio, {name: cut(item, places) for name, item in inputs.items()})
+                    fields |= {name: _placed(new, fields[name], places, len(asks)) for name, new in only.items()}
+                else:
+                    fields |= stage.run(self.parts, ratio, inputs)
+            if stage is self.plan.last_mass_flux and set_ends is not None:
                 set_ends(fields)
-            inputs = [cut(fields[field], part) for field, part in reads]
-            asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, *inputs)
-            if not np.any(asks):
-                continue
-            if stage.sparse:
-                places = np.flatnonzero(asks)
-                here_only = stage.compute(self.parts, ratio, *(cut(item, places) for item in inputs))
-                written = _placed(here_only, tuple(fields[name] for name in stage.writes), places, len(asks))
-            else:
-                written = stage.compute(self.parts, ratio, *inputs)
-            fields.update(zip(stage.writes, written, strict=True))
         return fields
 
-    def _reading(self, n: int) -> list[list[tuple[str, slice]]]:
-        """For each stage, the part of each field that it reads in a chunk of n cells."""
+    def _reading(self, n: int) -> list[list[tuple[str, str, slice | list[slice]]]]:
+        """For each stage, its inputs by name, and the part of each field that it reads in a chunk of n cells."""
         result = []
         for stage, (low, high) in zip(self.plan.stages, self.plan.ranges, strict=True):
-            result.append([(field, self.part(field, offset, low, high, n))
-                           for field, first, last in stage.reads for offset in range(first, last + 1)])
+            inputs: list[tuple[str, str, slice | list[slice]]] = []
+            for name, read in stage.reads.items():
+                parts = [self.part(read.field, offset, low, high, n) for offset in read.offsets]
+                inputs.append((name, read.field, parts[0] if read.last is None else parts))
+            result.append(inputs)
             self.lows |= dict.fromkeys(stage.writes, low)
         return result
 

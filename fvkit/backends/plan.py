@@ -2,7 +2,7 @@
 
 import attrs
 
-from fvkit.schemes.scheme import Stage
+from fvkit.schemes.scheme import MASS_FLUX, Stage
 
 
 @attrs.frozen
@@ -20,6 +20,11 @@ class Plan:
     ranges: tuple[tuple[int, int], ...]
     halo: int
 
+    @property
+    def last_mass_flux(self) -> Stage | None:
+        """The stage after which the mass fluxes are complete; None where there are none."""
+        return next((stage for stage in self.stages[::-1] if MASS_FLUX in stage.writes), None)
+
 
 def plan(stages: tuple[Stage, ...]) -> Plan:
     """Work backwards from what the last stage writes on the cells of a tile to what every stage must cover."""
@@ -31,9 +36,10 @@ def plan(stages: tuple[Stage, ...]) -> Plan:
         ranges.append((low, high))
         if stage.sparse:
             needed |= dict.fromkeys(stage.writes, (low, high))
-        for field, first, last in stage.reads:
-            old = needed.get(field, (low + first, high + last))
-            needed[field] = (min(old[0], low + first), max(old[1], high + last))
+        for read in stage.reads.values():
+            first, last = low + read.offsets[0], high + read.offsets[-1]
+            old = needed.get(read.field, (first, last))
+            needed[read.field] = (min(old[0], first), max(old[1], last))
     low, high = needed["q"]
     return Plan(stages, _with_guarded(stages, ranges[::-1]), max(-low, high))
 
@@ -49,8 +55,8 @@ def _with_guarded(stages: tuple[Stage, ...], ranges: list[tuple[int, int]]) -> t
         if stage.guard is not None:
             ranges[k] = covered[stage.writes[0]]
         elif stage.light or (k + 1 < len(stages) and stages[k + 1].guard is not None):
-            wider = [covered[read.field] for read in stage.reads if read.field in covered]
-            if wider and all(read.first == read.last == 0 for read in stage.reads):
+            wider = [covered[read.field] for read in stage.reads.values() if read.field in covered]
+            if wider and all(read.here for read in stage.reads.values()):
                 ranges[k] = max(low for low, _ in wider), min(high for _, high in wider)
         covered |= dict.fromkeys(stage.writes, ranges[k])
     return tuple(ranges)

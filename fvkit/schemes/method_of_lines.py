@@ -11,10 +11,10 @@ from fvkit.problem.sources import Source
 from fvkit.schemes.integrators import SSPRK104, Integrator
 from fvkit.schemes.reconstruction import MP5, Reconstruction
 from fvkit.schemes.riemann import RiemannSolver
-from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
+from fvkit.schemes.scheme import MASS_FLUX, NET, Parts, Read, Scheme, Stage, here
 from fvkit.schemes.splitting import Splitting, Strang, Unsplit
 from fvkit.schemes.stages.cell_polynomial import draw, faces, mean_source, near_shore, net_change, reconstruct, third
-from fvkit.schemes.stages.faces import BOTH, face_stages, here, to_left, to_right
+from fvkit.schemes.stages.faces import BOTH, face_stages, to_left, to_right
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
 
@@ -104,26 +104,28 @@ class MethodOfLines(Scheme):
         return Parts(model, self.riemann, (), sources, reconstruction=self.reconstruction)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
-        face = (Read("right", -1, -1), Read("left", 0, 0), Read("right_aux", -1, -1), Read("left_aux", 0, 0))
+        face = {"ql": Read("right", -1), "qr": Read("left"), "auxl": Read("right_aux", -1), "auxr": Read("left_aux")}
         first = self._reconstruct()
         result = [first]
         if parts.model.phases:
-            result.append(Stage(draw, (*first.reads, *here(*first.writes)), first.writes, guard=near_shore))
+            result.append(Stage(draw, {**first.reads, **here(*first.writes)}, first.writes, guard=near_shore))
         result += face_stages(parts, face, fixes=self.riemann.eigenvectors)
         terms: tuple[str, ...] = ()
         if parts.model.phases:
-            terms = ("carried",)
+            terms = (MASS_FLUX,)
+            states = {"ql": Read("q", -1), "qr": Read("q")}
             result += [Stage(mass_fluxes, here("left_going"), terms),
-                       Stage(hold_within, (Read("q", -1, 0), *here("left_going", *terms)), terms, guard=may_overdraw)]
+                       Stage(hold_within, {**states, **here("left_going", *terms)}, terms, guard=may_overdraw)]
+        faces = {"from_left": Read("to_right"), "from_right": Read("to_left", 1)}
         return (*result, Stage(to_left, here(BOTH[0], *terms), ("to_left",), light=True),
                 Stage(to_right, here(BOTH[1], *terms), ("to_right",), light=True),
-                Stage(net_change, (*here("to_right"), Read("to_left", 1, 1), *here("inside", "aux")), ("net",)))
+                Stage(net_change, {**faces, **here("inside", "aux")}, (NET,)))
 
     def source_stages(self, parts: Parts) -> tuple[Stage, ...]:
         """Return the stages of the implicit sources: ``net`` is their mean rate over a cell, with its sign turned."""
         if not (self.integrator.implicit and parts.sources):
             return ()
-        return (Stage(mean_source, self._reconstruct().reads, ("net",)),)
+        return (Stage(mean_source, self._reconstruct().reads, (NET,)),)
 
     def around(self, parts: Parts) -> Parts:
         return parts
@@ -150,5 +152,5 @@ class MethodOfLines(Scheme):
 
     def _reconstruct(self) -> Stage:
         reach = self.reconstruction.reach
-        return Stage(reconstruct, (Read("q", -reach, reach), Read("aux", -reach, reach)),
+        return Stage(reconstruct, {name: Read(name, -reach, reach) for name in ("q", "aux")},
                      ("left", "right", "left_aux", "right_aux", "inside"))

@@ -1,7 +1,7 @@
 """`Scheme`, and the stages that it is made of."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import attrs
@@ -28,6 +28,19 @@ class Parts(NamedTuple):
     reconstruction: Reconstruction | None = None
 
     @property
+    def every(self) -> tuple[Any, ...]:
+        """All parts, in the order in which their parameters are laid out for compiled code."""
+        return (self.model, self.riemann, *self.limiters, *self.sources,
+                *(() if self.reconstruction is None else (self.reconstruction,)))
+
+    def mapped(self, change: Callable[[Any], Any]) -> "Parts":
+        """Return the parts with a function applied to each, in the order of `every`."""
+        symbols = iter([change(part) for part in self.every])
+        return self._replace(model=next(symbols), riemann=next(symbols), limiters=tuple(next(symbols) for _ in self.limiters),
+                             sources=tuple(next(symbols) for _ in self.sources),
+                             reconstruction=None if self.reconstruction is None else next(symbols))
+
+    @property
     def joint(self) -> tuple[Source, ...]:
         """The sources that act together with the transport, those between phases first: the bed has the last word."""
         found = () if self.reconstruction is not None else [source for source in self.sources if source.defines("driven")]
@@ -41,38 +54,62 @@ class Parts(NamedTuple):
 
 
 class Read(NamedTuple):
-    """A field that a stage reads, at the offsets first..last from its own place."""
+    """A field that a stage reads: at one offset from its own place, or as a tuple at the offsets first..last."""
 
     field: str
-    first: int
-    last: int
+    first: int = 0
+    last: int | None = None
+
+    @property
+    def offsets(self) -> range:
+        """The offsets, ascending."""
+        return range(self.first, (self.first if self.last is None else self.last) + 1)
+
+    @property
+    def here(self) -> bool:
+        """Whether it looks at its own place alone."""
+        return self.offsets == range(1)
+
+
+def here(*fields: str) -> dict[str, Read]:
+    """Read fields at the place of the stage itself, under their own names."""
+    return {field: Read(field) for field in fields}
+
+
+#: The fields that a scheme hands to its backend: what enters a cell less what leaves it; the state of the cell after transport
+#: and the sources that act with it; the largest speed at a face; the flux of each mass through a face.
+NET, NEW, SPEED, MASS_FLUX = "net", "new", "fastest", "mass_flux"
 
 
 @attrs.frozen
 class Stage:
     """One pointwise stage of a scheme.
 
-    ``compute(parts, ratio, *inputs)`` gets dt/dx and one input per field and offset, in the order of ``reads``; it
-    returns one value per name in ``writes``. Cells and faces share one numbering: face j is the left face of cell j,
-    between cells j - 1 and j. The fields ``q`` and ``aux`` are given; a stage writes ``net``, the sum of all fluctuations that
-    enter a cell, and where sources act with the transport the last one writes ``new``, the state of the cell after both.
+    ``compute(parts, ratio, **inputs)`` gets dt/dx and its inputs by the names of ``reads``; it returns {field: value} for the
+    fields in ``writes``. Cells and faces share one numbering: face j is the left face of cell j, between cells j - 1 and j. The
+    fields ``q`` and ``aux`` are given; the stages of a scheme write `NET` or, where sources act with the transport, `NEW`.
 
     Parameters
     ----------
     compute : pointwise function.
-    reads : the fields it reads, with offsets; a backend sums the halo from them.
+    reads : {name of an input: the field that it is}; a backend sums the halo from the offsets.
     writes : the fields it writes. A guarded stage writes fields that exist already.
-    guard : pointwise condition with the same arguments. Where no cell of a tile asks, the stage is not run there.
+    guard : pointwise condition on the same inputs. Where no cell of a tile asks, the stage is not run there.
     light : whether a backend may compute the stage again where it is read instead of keeping what it writes.
     sparse : whether a guarded stage is run at the very places that ask, few of them, and leaves all others as they are.
     """
 
-    compute: Callable[..., tuple[Any, ...]]
-    reads: tuple[Read, ...]
+    compute: Callable[..., dict[str, Any]]
+    reads: Mapping[str, Read]
     writes: tuple[str, ...]
     guard: Callable[..., Any] | None = None
     light: bool = False
     sparse: bool = False
+
+    def run(self, parts: Parts, ratio: Any, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what the stage writes, in the order of ``writes``."""
+        found = self.compute(parts, ratio, **inputs)
+        return {name: found[name] for name in self.writes}
 
 
 @attrs.frozen
@@ -81,8 +118,8 @@ class Scheme(ABC):
 
     1. ``parts(model, sources)`` collects the parts and refuses, naming both, what cannot work together.
     2. ``stages(parts)`` lists the stages of one transport step, only those that these parts need:
-       q_new = q - dt/dx net. ``fastest`` is the largest speed at a face. Where the model has masses, ``carried`` holds
-       their fluxes, which a closed wall sets to 0, and the light stages that write ``to_left`` and ``to_right`` come last.
+       q_new = q - dt/dx net, and the largest speed at each face. Where the model has masses, `MASS_FLUX` holds their fluxes,
+       which a closed wall sets to 0 before the last stages read them.
     3. ``cfl`` is the Courant number that the time step aims at; a step above ``cfl_max`` is rejected and redone.
     4. ``splitting`` says when sources act.
     5. ``time_integrator``, where not None, makes a step of several sweeps of the stages, whose ``net`` is then minus dx

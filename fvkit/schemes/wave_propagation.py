@@ -11,15 +11,15 @@ from fvkit.problem.model import Model
 from fvkit.problem.sources import Source
 from fvkit.schemes.limiters import MC, Limiter
 from fvkit.schemes.riemann import RiemannSolver
-from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
+from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, Parts, Read, Scheme, Stage, here
 from fvkit.schemes.splitting import Splitting, Strang
 from fvkit.schemes.stages.driven import drive
-from fvkit.schemes.stages.faces import composite, convexity, face_stages, here, to_left, to_right, upwinding
+from fvkit.schemes.stages.faces import composite, convexity, face_stages, to_left, to_right, upwinding
 from fvkit.schemes.stages.in_cell_shocks import finding, resolving, uncorrecting
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
-_STATES = (Read("q", -1, 0),)
-_FACE = (*_STATES, Read("aux", -1, 0))
+_STATES = {"ql": Read("q", -1), "qr": Read("q")}
+_FACE = {**_STATES, "auxl": Read("aux", -1), "auxr": Read("aux")}
 
 
 def _limiters(value: Any) -> tuple[Limiter, ...]:
@@ -122,17 +122,19 @@ class WavePropagation(Scheme):
         terms = self._corrections(parts)
         result += self._second_order(parts) if terms else []
         if model.phases:
-            held = ("carried", *terms)
-            result += [Stage(mass_fluxes, here("left_going", *terms[:1]), ("carried", *terms[:1])),
-                       Stage(hold_within, (*_STATES, *here("left_going", *held)), held, guard=may_overdraw)]
-        if self.in_cell_shocks and terms:
-            result.append(uncorrecting(terms, ("carried",) if model.phases else ()))
-        terms = (*terms, "carried") if model.phases else terms
+            held = (MASS_FLUX, *terms)
+            result += [Stage(mass_fluxes, here("left_going", *terms[:1]), (MASS_FLUX, *terms[:1])),
+                       Stage(hold_within, {**_STATES, **here("left_going", *held)}, held, guard=may_overdraw)]
+            if self.in_cell_shocks and terms:
+                result.append(uncorrecting(terms, held[:1]))
+            terms = (*terms, MASS_FLUX)
+        elif self.in_cell_shocks and terms:
+            result.append(uncorrecting(terms, ()))
         result += [Stage(to_left, here("left_going", *terms), ("to_left",), light=True),
                    Stage(to_right, here("right_going", *terms), ("to_right",), light=True),
-                   Stage(net_fluctuation, (Read("to_right", 0, 0), Read("to_left", 1, 1)), ("net",))]
+                   Stage(net_fluctuation, {"from_left": Read("to_right"), "from_right": Read("to_left", 1)}, (NET,))]
         if parts.joint:
-            result.append(Stage(drive, (*here("q", "net", "aux"), Read("bearing", 0, 1)), ("new",)))
+            result.append(Stage(drive, {**here("q", NET, "aux"), "bearing": Read("bearing", 0, 1)}, (NEW,)))
         return tuple(result)
 
     def _second_order(self, parts: Parts) -> list[Stage]:
@@ -142,10 +144,10 @@ class WavePropagation(Scheme):
             result.append(Stage(upwinding, here("speeds"), ("sides",), light=True))
         limits = any(limiter.limits for limiter in parts.limiters)
         if limits:
-            result.append(Stage(projections, (Read("waves", -1, 0),), ("overlaps",), light=True))
-        waves = (*here("waves", "speeds", "sides"), *((Read("overlaps", 0, 1),) if limits else ()))
+            result.append(Stage(projections, {"before": Read("waves", -1), "waves": Read("waves")}, ("overlaps",), light=True))
+        waves = {**here("waves", "speeds", "sides"), **({"overlaps": Read("overlaps", 0, 1)} if limits else {})}
         result.append(Stage(eigenvector_correction, waves, ("correction",)) if self.riemann.eigenvectors else
-                      Stage(matrix_correction, (*_FACE, *waves), ("correction",)))
+                      Stage(matrix_correction, {**_FACE, **waves}, ("correction",)))
         if "cross" in self._corrections(parts):
             result.append(Stage(cross_term, _FACE, ("cross",)))
         return result
@@ -159,7 +161,7 @@ class WavePropagation(Scheme):
 
 def projections(parts, ratio, before, waves):
     """Return <Z_k of the face before, Z_k> for every wave family."""
-    return (tuple(overlap(parts.model, ratio, old, new) for old, new in zip(before, waves, strict=True)),)
+    return {"overlaps": tuple(overlap(parts.model, ratio, old, new) for old, new in zip(before, waves, strict=True))}
 
 
 def overlap(model, ratio, one, other):
@@ -187,29 +189,29 @@ def limited(model, limiters, ratio, waves, speeds, overlaps, gently=False):
     return tuple(factors)
 
 
-def eigenvector_correction(parts, ratio, waves, speeds, sides, *overlaps):
+def eigenvector_correction(parts, ratio, waves, speeds, sides, overlaps=()):
     """Return the correction flux of waves that are eigenvectors: 1/2 (sgn s - s dt/dx) Z~."""
     factors = limited(parts.model, parts.limiters, ratio, waves, speeds, overlaps)
     half = 0.5 * ratio
     weights = [(side - half * speed) * factor for side, speed, factor in zip(sides, speeds, factors, strict=True)]
-    return (weighted(weights, waves),)
+    return {"correction": weighted(weights, waves)}
 
 
-def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, *overlaps):
+def matrix_correction(parts, ratio, ql, qr, auxl, auxr, waves, speeds, sides, overlaps=()):
     """Return the correction flux with the Roe-mean matrix: 1/2 sgn s Z~ - dt/(2 dx) A^ Z~."""
     factors = limited(parts.model, parts.limiters, ratio, waves, speeds, overlaps, composite(parts.model))
     if composite(parts.model):
         factors = scale(convexity(parts.model, ql, qr, auxl, auxr), factors)
     kept = weighted(scale(ratio, factors), waves)
     upwinded = weighted(multiply(sides, factors), waves)
-    return (combine(1.0, upwinded, -0.5, parts.model.matrix_product(ql, qr, auxl, auxr, kept)),)
+    return {"correction": combine(1.0, upwinded, -0.5, parts.model.matrix_product(ql, qr, auxl, auxr, kept))}
 
 
 def cross_term(parts, ratio, ql, qr, auxl, auxr):
     """Return dt/dx/4 of the cross term, which both fluctuations of a face lose."""
-    return (scale(0.25 * ratio, parts.model.cross(ql, qr, auxl, auxr)),)
+    return {"cross": scale(0.25 * ratio, parts.model.cross(ql, qr, auxl, auxr))}
 
 
 def net_fluctuation(parts, ratio, from_left, from_right):
     """Sum what enters a cell through both of its faces."""
-    return (add(from_left, from_right),)
+    return {NET: add(from_left, from_right)}

@@ -32,8 +32,10 @@ def split(model, riemann, face):
     scheme = fv.WavePropagation(riemann, order=1, entropy_fix=False)
     parts = scheme.parts(model, ())
     problem, upwinding, splitting, *_ = scheme.stages(parts)
-    jump, waves, speeds, _ = problem.compute(parts, 0.1, *face)
-    left, right = splitting.compute(parts, 0.1, *face[:2], jump, waves, *upwinding.compute(parts, 0.1, speeds))
+    found = problem.compute(parts, 0.1, *face)
+    waves, speeds = found["waves"], found["speeds"]
+    sides = upwinding.compute(parts, 0.1, speeds)["sides"]
+    left, right = splitting.compute(parts, 0.1, *face[:2], found["jump"], waves, sides).values()
     physical = zip(left, right, model.flux(face[0]), model.flux(face[1]), strict=True)
     masses = model.mass_rows()  # these rows hold the flux itself
     both = [(one - below, above - one) if k in masses else (one, other) for k, (one, other, below, above) in enumerate(physical)]

@@ -5,6 +5,7 @@ from typing import Any
 from fvkit.backends.compiled.loops import Row, Writer
 from fvkit.backends.kernel import imposed
 from fvkit.pointwise.tracing import Expr
+from fvkit.schemes.scheme import MASS_FLUX
 
 
 class Ends(Writer):
@@ -85,7 +86,7 @@ class Ends(Writer):
 
     def set_mass_fluxes(self) -> None:
         """Let pass an end of the grid what its boundary condition says."""
-        rows = self.fields.get("carried", ())
+        rows = self.fields.get(MASS_FLUX, ())
         for side, (part, test, face) in enumerate(zip(self.boundary, ("c0 == 0", "closing == 1"), ("0", "nt"), strict=True)):
             fluxes = imposed(part, self.parts.model, self.values(side))
             if not fluxes or not rows:
@@ -108,7 +109,7 @@ class Ends(Writer):
             return
         for k, face in enumerate(("0", "nt")):
             self.emit(f"j = {face}")
-            names = self.assign([self.value("to_left", 0, {}, 0)[row] for row in rows], 1)
+            names = self.assign(list(self.value(MASS_FLUX, 0, {}, 0)), 1)
             for position, name in enumerate(names):
                 self.emit(f"ends[{k}, {position}] = {name}")
 

@@ -23,10 +23,7 @@ from fvkit.backends.march import FILM, MICRO
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
 from fvkit.problem.problem import Problem
-from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
-
-#: Fields whose values the step itself needs after the stages.
-_KEPT = ("fastest", "to_left")
+from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme, Stage
 
 
 @attrs.frozen
@@ -86,7 +83,7 @@ class Generator(Ends):
             shares = bool(result) and result[-1][0] == span and stage.guard is None and result[-1][1][0].guard is None
             if shares:
                 written = {name for earlier in result[-1][1] for name in earlier.writes}
-                shares = all(read.field not in written or read.first == read.last == 0 for read in self.reads(stage))
+                shares = all(read.field not in written or read.here for read in self.reads(stage))
             if shares:
                 result[-1][1].append(stage)
             else:
@@ -96,7 +93,7 @@ class Generator(Ends):
     def remaining_reads(self) -> list[set[str]]:
         """For each group, the fields that groups after it read, or that the step itself needs."""
         result: list[set[str]] = []
-        wanted = {field for name in _KEPT[1:] for field, _, _ in self.sources_of(Read(name, 0, 0))}
+        wanted = {MASS_FLUX}
         for _, stages in reversed(self.groups()):
             result.append(set(wanted))
             wanted |= {read.field for stage in stages for read in self.reads(stage)}
@@ -147,19 +144,19 @@ class Generator(Ends):
         for k, stage in enumerate(guarded):
             inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
-            asks = stage.guard(self.parts, self.ratio, *inputs)  # type: ignore[misc]  # all of these have one
+            asks = stage.guard(self.parts, self.ratio, **inputs)  # type: ignore[misc]  # all of these have one
             extra.append((f"hit{k} = hit{k} | {{}}", asks))
             if stage.sparse:
                 masks[k] = self.new_row(low), self.graph.node("where", asks, 1.0, 0.0)
-            behind.append(dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *inputs), strict=True)))
+            behind.append(stage.run(self.parts, self.ratio, inputs))
             changed |= behind[-1]
             later = later | {read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
 
         def largest(fastest: Any) -> tuple[str, Any]:
             return "smx[j] = {}", keeping_nan(self.graph.node("maximum", fastest, self.graph.node("load", "smx[j]")))
 
-        if "fastest" in own and "fastest" not in changed:
-            extra.append(largest(own["fastest"]))
+        if SPEED in own and SPEED not in changed:
+            extra.append(largest(own[SPEED]))
         if first and self.problem.model.defines("hyperbolic_discriminant"):
             self.emit("doubt = 0")
             extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
@@ -173,8 +170,8 @@ class Generator(Ends):
                 self.where_asked(count, masks[k][0], self.restore(values), low, rows)
             else:
                 self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
-        if "fastest" in changed:
-            self.loop(count, [], low, [largest(self.value("fastest", low, {}, low))])
+        if SPEED in changed:
+            self.loop(count, [], low, [largest(self.value(SPEED, low, {}, low))])
 
     def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
         """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.
@@ -220,10 +217,10 @@ class Generator(Ends):
         brought: list[tuple[int, Any]] = []
         self.emit("bad = 0")
         if self.staged:
-            new = tuple(-1.0 * net for net in own["net"])
+            new = tuple(-1.0 * net for net in own[NET])
         else:
             q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
-            moved = own.get("new") or tuple(row - self.ratio * net for row, net in zip(q, own["net"], strict=True))
+            moved = own.get(NEW) or tuple(row - self.ratio * net for row, net in zip(q, own[NET], strict=True))
             new, brought = self.finished(moved, aux)
             extra.append(("bad = bad | (1 - {})", self.good(new)))
         rows, counted = tuple(self.new_row(0) for _ in new), [(k, self.new_row(0)) for k, _ in brought]
@@ -234,7 +231,7 @@ class Generator(Ends):
             self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
             self.emit("for j in range(nt):")
             self.emit(f"dst[j] = {row.at(0)}", 2)
-        if "to_left" in self.light:
+        if MASS_FLUX in self.fields:
             self.end_fluxes()
         self.emit("return bad")
 

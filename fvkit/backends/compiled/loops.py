@@ -41,10 +41,7 @@ class Writer:
         self.blocks: list[Block] = []
         self.rows = 0
         self.names: list[str] = []
-        self.parts = Parts(self._symbolic(parts.model), self._symbolic(parts.riemann),
-                           tuple(self._symbolic(limiter) for limiter in parts.limiters),
-                           tuple(self._symbolic(source) for source in parts.sources),
-                           reconstruction=parts.reconstruction and self._symbolic(parts.reconstruction))
+        self.parts = parts.mapped(self._symbolic)
         self.boundary = tuple(self._symbolic(side) for side in problem.ends)
         self.parts = self.parts._replace(dx=self._parameter())
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
@@ -80,19 +77,21 @@ class Writer:
 
     def reads(self, stage: Stage) -> list[Read]:
         """What a stage reads from cells and other loops: light stages are replaced by what they read themselves."""
-        return [inner for read in stage.reads for inner in self.sources_of(read)]
+        return [inner for read in stage.reads.values() for inner in self.sources_of(read)]
 
     def sources_of(self, read: Read) -> list[Read]:
         """The read itself, or those of the light stage that writes its field."""
-        field, first, last = read
-        if field not in self.light:
+        if read.field not in self.light:
             return [read]
-        return [Read(inner.field, first + inner.first, last + inner.last) for inner in self.reads(self.light[field])]
+        first, last = read.offsets[0], read.offsets[-1]
+        return [Read(inner.field, first + inner.offsets[0], last + inner.offsets[-1])
+                for inner in self.reads(self.light[read.field])]
 
-    def inputs(self, stage: Stage, place: int, own: dict[str, Any], low: int) -> list[Any]:
+    def inputs(self, stage: Stage, place: int, own: dict[str, Any], low: int) -> dict[str, Any]:
         """Symbols for everything that a stage reads at loop variable + place; ``own`` are values of this loop, at ``low``."""
-        return [self.value(field, place + offset, own, low)
-                for field, first, last in stage.reads for offset in range(first, last + 1)]
+        found = {name: tuple(self.value(read.field, place + offset, own, low) for offset in read.offsets)
+                 for name, read in stage.reads.items()}
+        return {name: values[0] if stage.reads[name].last is None else values for name, values in found.items()}
 
     def value(self, field: str, place: int, own: dict[str, Any], low: int) -> Any:
         """Symbols of a field at loop variable + place: of this loop, computed again if light, else from scratch."""
@@ -100,8 +99,7 @@ class Writer:
             return own[field]
         if field in self.light:
             stage = self.light[field]
-            written = stage.compute(self.parts, self.ratio, *self.inputs(stage, place, own, low))
-            return dict(zip(stage.writes, written, strict=True))[field]
+            return stage.run(self.parts, self.ratio, self.inputs(stage, place, own, low))[field]
         return self.loaded(self.fields[field], place)
 
     def loaded(self, value: Any, place: int) -> Any:
@@ -215,7 +213,7 @@ class Writer:
         """Symbols of what stages that share a loop write, at ``low``."""
         own: dict[str, Any] = {}
         for stage in stages:
-            own |= dict(zip(stage.writes, stage.compute(self.parts, self.ratio, *self.inputs(stage, low, own, low)), strict=True))
+            own |= stage.run(self.parts, self.ratio, self.inputs(stage, low, own, low))
         return own
 
 

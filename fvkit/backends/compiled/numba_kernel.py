@@ -88,8 +88,7 @@ class NumbaKernel(Kernel):
 
     def _prepare(self, problem: Problem, parts: Parts) -> None:
         """Lay out the numbers that compiled code takes."""
-        reconstruction = () if parts.reconstruction is None else (parts.reconstruction,)
-        every = (parts.model, parts.riemann, *parts.limiters, *parts.sources, *reconstruction, *problem.ends)
+        every = (*parts.every, *problem.ends)
         self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
         self._scratch = self.scratch()
         self._steady = self.boundary_values(problem.t_start)

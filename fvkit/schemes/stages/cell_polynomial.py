@@ -8,36 +8,38 @@ from fvkit.pointwise import add, scale, subtract, where
 from fvkit.pointwise.polynomial import polynomial
 from fvkit.problem.answers import flux
 from fvkit.schemes.background import of_background
+from fvkit.schemes.scheme import NET
 from fvkit.schemes.stages.shore_limiter import asked, kept, rules, trust
 
+#: What is found of a cell: the states and aux values at its faces, and the integral over it.
+FOUND = ("left", "right", "left_aux", "right_aux", "inside")
 
-def reconstruct(parts, ratio, *stencil):
+
+def reconstruct(parts, ratio, q, aux):
     """Return the states and aux values at both faces of a cell, and the integral over it."""
-    return on_cell(parts.model, *whole(parts, stencil))
+    return dict(zip(FOUND, on_cell(parts.model, *whole(parts, (*q, *aux))), strict=True))
 
 
-def near_shore(parts, ratio, *inputs):
+def near_shore(parts, ratio, q, aux, left, right, **others):
     """Whether the polynomial of a cell must be drawn to its mean."""
-    stencil, found = inputs[:-5], inputs[-5:]
-    states, given = split(parts.model, stencil)
-    q = states[len(states) // 2]
-    return asked(rules(parts.model, states, given, subtract(found[0], q), subtract(found[1], q), lifts(parts.model, stencil)))
+    states, given = split(parts.model, (*q, *aux))
+    here = states[len(states) // 2]
+    return asked(rules(parts.model, states, given, subtract(left, here), subtract(right, here), lifts(parts.model, (*q, *aux))))
 
 
-def draw(parts, ratio, *inputs):
+def draw(parts, ratio, q, aux, left, right, left_aux, right_aux, inside):
     """Draw what `reconstruct` found of a cell to its mean; where nothing asks for it, every bit is kept."""
-    stencil, found = inputs[:-5], inputs[-5:]
-    left, right, bed_left, bed_right, _ = found
+    stencil, found = (*q, *aux), (left, right, left_aux, right_aux, inside)
     states, given = split(parts.model, stencil)
-    q, aux = states[len(states) // 2], given[len(given) // 2]
-    sides = (subtract(left, q), subtract(right, q), subtract(bed_left, aux), subtract(bed_right, aux))
+    here, bed = states[len(states) // 2], given[len(given) // 2]
+    sides = (subtract(left, here), subtract(right, here), subtract(left_aux, bed), subtract(right_aux, bed))
     share = allowed(parts, stencil, sides)
-    cell = drawn(q, aux, share, sides, bends(parts, stencil, deviations(parts, stencil)))
-    return tuple(tuple([where(share >= 1.0, old, new) for old, new in zip(*both, strict=True)])
-                 for both in zip(found, on_cell(parts.model, *cell), strict=True))
+    cell = drawn(here, bed, share, sides, bends(parts, stencil, deviations(parts, stencil)))
+    return {name: tuple([where(share >= 1.0, old, new) for old, new in zip(before, after, strict=True)])
+            for name, before, after in zip(FOUND, found, on_cell(parts.model, *cell), strict=True)}
 
 
-def polynomials(parts, *stencil):
+def polynomials(parts, stencil):
     """Return the polynomials of q and aux on a cell, drawn to their means at shores."""
     q, aux, sides, third_modes = whole(parts, stencil)
     if parts.model.phases:
@@ -169,18 +171,18 @@ def romberg(model, left, right, q, aux):
 NODES = tuple((0.5 * float(x), 0.5 * float(w)) for x, w in zip(*np.polynomial.legendre.leggauss(3), strict=True))
 
 
-def mean_source(parts, ratio, *stencil):
+def mean_source(parts, ratio, q, aux):
     """Return minus the mean over a cell of S(y), y = q + a S(y), at Gauss nodes; ``ratio`` is a."""
-    q, aux = polynomials(parts, *stencil)
+    inner, bed = polynomials(parts, (*q, *aux))
     result: Any = None
     for node, weight in NODES:
-        state, given = tuple([item.at(node) for item in q]), tuple([item.at(node) for item in aux])
+        state, given = tuple([item.at(node) for item in inner]), tuple([item.at(node) for item in bed])
         rate = scale(-weight, parts.sources[0].implicit_rate(parts.model, state, given, ratio))
         result = rate if result is None else add(result, rate)
-    return (result,)
+    return {NET: result}
 
 
-def net_change(parts, ratio, from_left, from_right, inner, aux):
+def net_change(parts, ratio, from_left, from_right, inside, aux):
     """Sum what enters a cell through both of its faces and what happens inside, less what that makes of the background."""
-    whole, flow = add(add(from_left, from_right), inner), of_background(parts.model, aux)
-    return (whole if flow is None else subtract(whole, flow.residual),)
+    total, flow = add(add(from_left, from_right), inside), of_background(parts.model, aux)
+    return {NET: total if flow is None else subtract(total, flow.residual)}

@@ -13,6 +13,7 @@ import numpy as np
 from fvkit.pointwise import TINY, combine, maximum, minimum, subtract, where
 from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.problem.sources import acted
+from fvkit.schemes.scheme import NEW
 
 #: Waves feel a source that acts on what moves less where the masses of neighbours differ by more than this factor: a front is
 #: no balance, and there the cells alone pay.
@@ -60,10 +61,11 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     return whole, tuple(result), bearing
 
 
-def drive(parts, ratio, q, net, aux, left, right):
-    """Return the state of a cell after its transport and its sources; ``left`` and ``right`` bear the push of its faces."""
-    after, bearing = combine(1.0, q, -ratio, net), combine(0.5, left, 0.5, right)
-    return (acted(parts.joint, parts.model, q, after, bearing, aux, ratio * parts.dx),)
+def drive(parts, ratio, q, net, aux, bearing):
+    """Return the state of a cell after its transport and its sources; ``bearing`` are the masses that bear the push of its
+    faces."""
+    after, borne = combine(1.0, q, -ratio, net), combine(0.5, bearing[0], 0.5, bearing[1])
+    return {NEW: acted(parts.joint, parts.model, q, after, borne, aux, ratio * parts.dx)}
 
 
 def on_face(model, ql, qr, auxl, auxr):

@@ -8,8 +8,9 @@ import numpy as np
 
 from fvkit.pointwise import TINY, add, combine, largest_share, maximum, minimum, multiply, subtract, where
 from fvkit.problem.answers import mass_flux, wave_speeds
+from fvkit.schemes.scheme import SPEED
 from fvkit.schemes.stages.driven import for_cells, jumps
-from fvkit.schemes.stages.fluctuations import anchored, left_going, right_going
+from fvkit.schemes.stages.fluctuations import anchored, rest_of, travelling_left
 from fvkit.schemes.stages.positivity import carriers, inside, window
 
 #: The fallback is complete where they differ by more than this factor, or where the difference that is equilibrium, such
@@ -32,9 +33,9 @@ def contrasts(parts, ql, qr, auxl, auxr):
             for row in carriers(parts.model)]
 
 
-def distrusted(parts, ratio, ql, qr, auxl, auxr, left, *others):
+def distrusted(parts, ratio, ql, qr, auxl, auxr, left_going, **others):
     """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
-    return ~inside(parts, ratio, ql, qr, left) | uneven(parts, ql, qr, auxl, auxr)
+    return ~inside(parts, ratio, ql, qr, left_going) | uneven(parts, ql, qr, auxl, auxr)
 
 
 def uneven(parts, ql, qr, auxl, auxr):
@@ -96,7 +97,7 @@ def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     return [maximum(minimum(own, common), 0.0) for own in owns]
 
 
-def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=None, waves=None):
+def fall_back(parts, ratio, ql, qr, auxl, auxr, left_going, right_going, fastest, speeds=None, waves=None):
     """Blend a face's fluctuations, and at second order its waves and speeds, towards those of the relaxation solver.
 
     The waves fade instead: next to dry ground the scheme is first order. A face, and a phase, that trusts its own solver keeps
@@ -105,10 +106,10 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=Non
     whole, net, _ = jumps(parts, ratio, ql, qr, auxl, auxr)
     jump = for_cells(parts.model, ql, qr, whole, net)
     pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, net)
-    relaxed = left_going(pieces, their_speeds)
+    relaxed = travelling_left(pieces, their_speeds)
     relaxed = anchored(parts, ql, relaxed if net is whole else combine(1.0, relaxed, 0.5, subtract(jump, net)))
-    shares = trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed)
-    some, own, share = reduce(maximum, shares) > 0.0, reduce(minimum, shares) >= 1.0, [1.0] * len(left)
+    shares = trust(parts, ratio, ql, qr, auxl, auxr, left_going, relaxed)
+    some, own, share = reduce(maximum, shares) > 0.0, reduce(minimum, shares) >= 1.0, [1.0] * len(left_going)
     for found, (masses, momentum) in zip(shares, parts.model.phases, strict=True):
         for row in (*masses, momentum):
             share[row] = found
@@ -120,12 +121,14 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds=Non
         return tuple([where(part >= 1.0, item, where(part > 0.0, mixed, other))
                       for part, item, mixed, other in zip(share, mine, both, theirs, strict=True)])
 
-    safe, other = kept(left), kept(relaxed)
-    left = trusted(left, add(other, multiply(share, subtract(safe, other))), relaxed)
+    safe, other = kept(left_going), kept(relaxed)
+    left = trusted(left_going, add(other, multiply(share, subtract(safe, other))), relaxed)
     top = where(some, fastest, 0.0)
     for speed in their_speeds:
         top = maximum(top, np.abs(speed))
-    rest = right_going(parts, jump, left)
-    right = trusted(right, rest, rest)
-    result = (left, right, where(own, fastest, top))
-    return result if waves is None else (*result, kept(speeds), tuple(multiply(share, kept(wave)) for wave in waves))
+    rest = rest_of(parts, jump, left)
+    right = trusted(right_going, rest, rest)
+    result = {"left_going": left, "right_going": right, SPEED: where(own, fastest, top)}
+    if waves is None:
+        return result
+    return {**result, "speeds": kept(speeds), "waves": tuple(multiply(share, kept(wave)) for wave in waves)}

@@ -1,12 +1,13 @@
 """What happens at a face, for every scheme: the Riemann problem, its fluctuations, entropy fix and fallback."""
 
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
 
 from fvkit.pointwise import TINY, add, combine, maximum, scale, subtract, where
 from fvkit.problem.answers import end_speeds, face_speeds, looks_between, wave_speeds
-from fvkit.schemes.scheme import Parts, Read, Stage
+from fvkit.schemes.scheme import SPEED, Parts, Read, Stage, here
 from fvkit.schemes.stages.dry_fallback import distrusted, fall_back
 from fvkit.schemes.stages.fluctuations import fluctuations, half_signs, riemann_problem
 
@@ -20,44 +21,39 @@ COMPOSITE = 20.0
 BOTH = ("left_going", "right_going")
 
 
-def here(*fields: str) -> tuple[Read, ...]:
-    """Read fields of the face itself."""
-    return tuple(Read(field, 0, 0) for field in fields)
-
-
-def face_stages(parts: Parts, face: tuple[Read, ...], fixes: bool, waves: bool = False) -> list[Stage]:
+def face_stages(parts: Parts, face: Mapping[str, Read], fixes: bool, waves: bool = False) -> list[Stage]:
     """Return the stages from the Riemann problem of a face to what travels left and right.
 
     Parameters
     ----------
     parts : the parts of the scheme.
-    face : reads of the states left and right of a face and of the aux values there.
+    face : reads of ``ql``, ``qr``, ``auxl`` and ``auxr``, the states left and right of a face and the aux values there.
     fixes : whether outer fields get the entropy fix.
     waves : whether later stages need the waves, so that the fallback keeps them too.
     """
     model, riemann = parts.model, parts.riemann
-    states = face[:len(face) // 2]
-    found = ("jump", "waves", "speeds", "fastest", *(("bearing",) if parts.joint else ()))
+    states = {name: face[name] for name in ("ql", "qr")}
+    found = ("jump", "waves", "speeds", SPEED, *(("bearing",) if parts.joint else ()))
     problem = partial(riemann_problem, later=0.5) if waves and parts.joint else riemann_problem
     result = [Stage(problem, face, found),
               Stage(upwinding, here("speeds"), ("sides",), light=True),
-              Stage(fluctuations, (*states, *here("jump", "waves", "sides")), BOTH)]
+              Stage(fluctuations, {**states, **here("jump", "waves", "sides")}, BOTH)]
     if fixes:
-        result.append(Stage(entropy_viscosity, (*face, *here("speeds", *BOTH)), BOTH, guard=transonic))
+        result.append(Stage(entropy_viscosity, {**face, **here("speeds", *BOTH)}, BOTH, guard=transonic))
     if model.defines("relaxation") and not riemann.positive:
-        first = (*BOTH, "fastest")
+        first = (*BOTH, SPEED)
         every = (*first, "speeds", "waves") if waves else (*first, "speeds") if fixes else first
-        result.append(Stage(fall_back, (*face, *here(*every)), every if waves else first,
+        result.append(Stage(fall_back, {**face, **here(*every)}, every if waves else first,
                             guard=distrusted_or_fixed if fixes else distrusted))
     return result
 
 
 def upwinding(parts, ratio, speeds):
     """Return half the sign of every speed."""
-    return (half_signs(speeds),)
+    return {"sides": half_signs(speeds)}
 
 
-def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
+def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, **others):
     """Whether an outer field passes through zero speed in a rarefaction of this face."""
     lowl, highl = wave_speeds(parts.model, ql, auxl)
     lowr, highr = wave_speeds(parts.model, qr, auxr)
@@ -65,13 +61,12 @@ def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
     return found | (turning(parts.model, ql, qr, auxl, auxr) > np.abs(speeds[0])) if composite(parts.model) else found
 
 
-def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left, right, fastest, speeds, waves=None):
+def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left_going, speeds, **others):
     """Whether a face needs the fallback, perhaps after the entropy fix."""
-    return (distrusted(parts, ratio, ql, qr, auxl, auxr, left)
-            | transonic(parts, ratio, ql, qr, auxl, auxr, speeds, left, right))
+    return distrusted(parts, ratio, ql, qr, auxl, auxr, left_going) | transonic(parts, ratio, ql, qr, auxl, auxr, speeds)
 
 
-def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
+def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left_going, right_going):
     """Add 1/2 (eta_k - |s_k|) p_k of the outer fields, p_k the parts of the balanced difference (Harten's eta)."""
     lowl, highl = wave_speeds(parts.model, ql, auxl)
     lowr, highr = wave_speeds(parts.model, qr, auxr)
@@ -83,8 +78,8 @@ def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left, right):
     extra = scale(0.5 * eta, pieces[0])
     if len(speeds) > 1:
         extra = combine(1.0, extra, 0.5 * harten(speeds[-1], highr - highl), pieces[-1])
-    left = subtract(left, extra)
-    return left, tuple([0.0 if k in parts.model.mass_rows() else item for k, item in enumerate(add(right, extra))])
+    right = tuple([0.0 if k in parts.model.mass_rows() else item for k, item in enumerate(add(right_going, extra))])
+    return {"left_going": subtract(left_going, extra), "right_going": right}
 
 
 def composite(model):
@@ -124,27 +119,25 @@ def harten(speed, width):
     return where(fixed, 0.5 * (size * size / opening + opening) - size, 0.0)
 
 
-def to_left(parts, ratio, left, *terms):
+def to_left(parts, ratio, left_going, **terms):
     """Return all that enters the cell left of a face, and the mass fluxes through it."""
-    return (corrected(parts, left, 1.0, *terms),)
+    return {"to_left": corrected(parts, left_going, 1.0, **terms)}
 
 
-def to_right(parts, ratio, right, *terms):
+def to_right(parts, ratio, right_going, **terms):
     """Return all that enters the cell right of a face; of masses, what leaves the other one."""
-    return (corrected(parts, right, -1.0, *terms),)
+    return {"to_right": corrected(parts, right_going, -1.0, **terms)}
 
 
-def corrected(parts, total, side, *terms):
+def corrected(parts, total, side, correction=None, cross=None, mass_flux=()):
     """Add the correction on one side, take the cross term from both, and put the mass fluxes in the rows of masses."""
-    rows = parts.model.mass_rows()
-    carried = dict(zip(rows, terms[-1], strict=True)) if rows else {}
-    terms = terms[:-1] if rows else terms
+    fluxes = dict(zip(parts.model.mass_rows(), mass_flux, strict=True))
     result = []
     for k, item in enumerate(total):
-        if k in rows:
-            item = side * carried[k]
-        elif terms:
-            item = item + side * terms[0][k]
-            item = item - terms[1][k] if len(terms) > 1 else item
+        if k in fluxes:
+            item = side * fluxes[k]
+        else:
+            item = item if correction is None else item + side * correction[k]
+            item = item if cross is None else item - cross[k]
         result.append(item)
     return tuple(result)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit.pointwise import combine, maximum, subtract, weighted
 from fvkit.problem.answers import mass_flux
+from fvkit.schemes.scheme import SPEED
 from fvkit.schemes.stages.driven import Restrained, for_cells, jumps, without_held
 
 
@@ -25,11 +26,11 @@ def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
     fastest = np.abs(speeds[0])
     for speed in speeds[1:]:
         fastest = maximum(fastest, np.abs(speed))
-    found = for_cells(parts.model, ql, qr, whole, net), waves, speeds, fastest
-    if not bearing:
-        return found
-    return (*found, tuple([maximum(mass - later * ratio * whole[masses[-1]], 0.0)
-                           for mass, (masses, _) in zip(bearing, parts.model.phases, strict=True)]))
+    found = {"jump": for_cells(parts.model, ql, qr, whole, net), "waves": waves, "speeds": speeds, SPEED: fastest}
+    if bearing:
+        found["bearing"] = tuple([maximum(mass - later * ratio * whole[masses[-1]], 0.0)
+                                  for mass, (masses, _) in zip(bearing, parts.model.phases, strict=True)])
+    return found
 
 
 def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
@@ -39,7 +40,7 @@ def fluctuations(parts, ratio, ql, qr, jump, waves, sides):
         standing = subtract(jump, weighted([1.0] * len(waves), waves))
         left = combine(1.0, left, 0.5, standing)
     left = anchored(parts, ql, left)
-    return left, right_going(parts, jump, left)
+    return {"left_going": left, "right_going": rest_of(parts, jump, left)}
 
 
 def half_signs(speeds):
@@ -47,7 +48,7 @@ def half_signs(speeds):
     return tuple([0.5 * np.sign(speed) for speed in speeds])
 
 
-def left_going(waves, speeds):
+def travelling_left(waves, speeds):
     """Return the sum of the waves that travel left; a standing f-wave is split in half."""
     return weighted([0.5 - side for side in half_signs(speeds)], waves)
 
@@ -61,7 +62,7 @@ def anchored(parts, ql, left):
     return tuple([flux[k] + item if k in rows else item for k, item in enumerate(left)])
 
 
-def right_going(parts, jump, left):
+def rest_of(parts, jump, left):
     """Return what goes right: the rest of the jump, and nothing in the rows of masses."""
     rows = parts.model.mass_rows()
     return tuple([0.0 if k in rows else item for k, item in enumerate(subtract(jump, left))])

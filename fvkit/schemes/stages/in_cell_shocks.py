@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from fvkit.pointwise import TINY, add, maximum, scale, subtract, weighted, where
-from fvkit.schemes.scheme import Read, Stage
+from fvkit.schemes.scheme import MASS_FLUX, SPEED, Read, Stage
 from fvkit.schemes.stages.driven import for_cells, jumps
 from fvkit.schemes.stages.dry_fallback import uneven
 from fvkit.schemes.stages.fluctuations import fluctuations, half_signs, riemann_problem
@@ -44,33 +44,30 @@ def finding(model):
     none = (0.0,) * len(model.conserved)
 
     def empty(parts, ratio):
-        return 0.0, 0.0, none, none
+        return dict(zip(_FRONT, (0.0, 0.0, none, none), strict=True))
 
-    around = (Read("q", -1, 1), Read("aux", -1, 1))
-    distant = tuple(Read("contrast", at, at) for at in (-2, 0, 2))
-    return [Stage(contrast, around, ("contrast",)), Stage(empty, (), _FRONT),
-            Stage(take_apart, (*distant, *around), _FRONT, guard=worth_a_look, sparse=True),
-            Stage(keep_the_stronger, (Read("strength", -1, 1),), ("marked",), light=True)]
+    around = {"q": Read("q", -1, 1), "aux": Read("aux", -1, 1)}
+    distant = {"upstream": Read("contrast", -2), "change": Read("contrast"), "downstream": Read("contrast", 2)}
+    return [Stage(contrast, around, ("contrast",)), Stage(empty, {}, _FRONT),
+            Stage(take_apart, {**distant, **around}, _FRONT, guard=worth_a_look, sparse=True),
+            Stage(keep_the_stronger, {"strength": Read("strength", -1, 1)}, ("marked",), light=True)]
 
 
 def resolving(waves):
     """Return the stage that solves the faces of marked cells again; it writes ``waves``, the fields that keep waves, too."""
-    sides = tuple(Read(name, -1, 0) for name in ("marked", "q", "aux", "crossing", "front_left", "front_right"))
-    written = ("left_going", "right_going", "fastest", *waves)
-
-    def resolved(*inputs):
-        return resolve(*inputs)[:len(written)]
-
-    return Stage(resolved, sides, written, guard=beside_a_front, sparse=True)
+    sides = {name: Read(name, -1, 0) for name in ("marked", "q", "aux", "crossing", "front_left", "front_right")}
+    return Stage(resolve, sides, ("left_going", "right_going", SPEED, *waves), guard=beside_a_front, sparse=True)
 
 
 def uncorrecting(corrections, masses):
     """Return the stage that makes faces of marked cells first order: no corrections, mass fluxes without them in their window."""
-    def uncorrected(parts, ratio, markedl, markedr, ql, qr, left):
-        none = tuple((0.0,) * len(left) for _ in corrections)
-        return (*none, *hold_within(parts, ratio, ql, qr, left, *mass_fluxes(parts, ratio, left))) if masses else none
+    def uncorrected(parts, ratio, marked, q, left_going):
+        none = dict.fromkeys(corrections, (0.0,) * len(left_going))
+        if not masses:
+            return none
+        return none | hold_within(parts, ratio, q[0], q[1], left_going, mass_fluxes(parts, ratio, left_going)[MASS_FLUX])
 
-    reads = (Read("marked", -1, 0), Read("q", -1, 0), Read("left_going", 0, 0))
+    reads = {"marked": Read("marked", -1, 0), "q": Read("q", -1, 0), "left_going": Read("left_going")}
     return Stage(uncorrected, reads, (*corrections, *masses), guard=beside_a_front, sparse=True)
 
 
@@ -86,19 +83,19 @@ def measured(model):
 
 # ---------------------------------------------------------------------- which cells
 
-def contrast(parts, ratio, before, here, after, aux_before, aux, aux_after):
+def contrast(parts, ratio, q, aux):
     """Return the change of depth from the cell before to the cell after, less what is equilibrium."""
-    return (size(parts.model, parts.model.balanced_difference(before, after, aux_before, aux_after)),)
+    return {"contrast": size(parts.model, parts.model.balanced_difference(q[0], q[2], aux[0], aux[2]))}
 
 
-def worth_a_look(parts, ratio, upstream, change, downstream, before, here, after, *others):
+def worth_a_look(parts, ratio, upstream, change, downstream, q, aux):
     """Whether a change over two cells is large and isolated enough to be a shock in the cell between them."""
-    depth = 0.5 * (size(parts.model, before) + size(parts.model, after))
+    depth = 0.5 * (size(parts.model, q[0]) + size(parts.model, q[2]))
     most = ISOLATED * change
     return (change > WEAKEST * depth) & (upstream <= most) & (downstream <= most)
 
 
-def take_apart(parts, ratio, upstream, change, downstream, before, here, after, aux_before, aux, aux_after):
+def take_apart(parts, ratio, upstream, change, downstream, q, aux):
     """Return strength, crossing speed, w_l and w_r of the shock in a cell; strength 0 where there is none.
 
     The strongest Roe wave of the neighbours, both on the bottom of the cell, is a shock in the cell where its states have
@@ -106,6 +103,7 @@ def take_apart(parts, ratio, upstream, change, downstream, before, here, after, 
     masses of the cell put its front inside. ``crossing`` is the part of its speed that is spent behind the downstream face.
     """
     model = parts.model
+    (before, here, after), (aux_before, aux, aux_after) = q, aux
     a = subtract(here, model.balanced_difference(before, here, aux_before, aux))
     c = add(here, model.balanced_difference(here, after, aux, aux_after))
     waves, speeds = model.decompose(a, c, aux, aux, subtract(c, a))
@@ -131,7 +129,7 @@ def take_apart(parts, ratio, upstream, change, downstream, before, here, after, 
     way = np.abs(speed) * ratio
     room = where(speed > 0.0, 1.0 - behind, behind)
     crossing = np.sign(speed) * (maximum(way - room, 0.0) / (ratio + TINY))
-    return where(accepted, strength, 0.0), crossing, left, right
+    return dict(zip(_FRONT, (where(accepted, strength, 0.0), crossing, left, right), strict=True))
 
 
 def strongest(model, a, c, waves, speeds):
@@ -174,28 +172,32 @@ def own_speed(model, state, aux, change, family):
     return result
 
 
-def keep_the_stronger(parts, ratio, before, here, after):
+def keep_the_stronger(parts, ratio, strength):
     """Whether a cell holds a shock: of two neighbours the stronger one, none of equals."""
-    return (here > (1.0 + TIE) * maximum(before, after),)
+    before, here, after = strength
+    return {"marked": here > (1.0 + TIE) * maximum(before, after)}
 
 
 # ---------------------------------------------------------------------- what their faces do
 
-def beside_a_front(parts, ratio, markedl, markedr, *others):
+def beside_a_front(parts, ratio, marked, **others):
     """Whether one of the cells of a face is marked."""
-    return markedl | markedr
+    return marked[0] | marked[1]
 
 
-def resolve(parts, ratio, markedl, markedr, ql, qr, auxl, auxr, crossingl, crossingr, l_of_l, l_of_r, r_of_l, r_of_r):
+def resolve(parts, ratio, marked, q, aux, crossing, front_left, front_right):
     """Solve a face between the states of the fronts, with what fronts carry through it and do inside their cells.
 
-    ``l_of_r`` is w_l of the right cell, and so on. Returned are the fluctuations left and right, the fastest speed, and at
-    second order speeds and waves.
+    Each input is a pair, of the left and the right cell; ``front_left`` and ``front_right`` are the states w_l and w_r on both
+    sides of the front of a cell. Returned are the fluctuations left and right, the fastest speed, speeds and waves.
     """
+    (markedl, markedr), (ql, qr), (auxl, auxr), (crossingl, crossingr) = marked, q, aux, crossing
+    (l_of_l, l_of_r), (r_of_l, r_of_r) = front_left, front_right
     l_of_l, r_of_l = chosen(markedl, l_of_l, ql), chosen(markedl, r_of_l, ql)
     l_of_r, r_of_r = chosen(markedr, l_of_r, qr), chosen(markedr, r_of_r, qr)
-    jump, waves, speeds, fastest = riemann_problem(parts, ratio, r_of_l, l_of_r, auxl, auxr)[:4]
-    left, right = fluctuations(parts, ratio, r_of_l, l_of_r, jump, waves, half_signs(speeds))
+    found = riemann_problem(parts, ratio, r_of_l, l_of_r, auxl, auxr)
+    waves, speeds = found["waves"], found["speeds"]
+    left, right = fluctuations(parts, ratio, r_of_l, l_of_r, found["jump"], waves, half_signs(speeds)).values()
     forth, back = where(markedl, maximum(crossingl, 0.0), 0.0), where(markedr, maximum(-crossingr, 0.0), 0.0)
     carried = weighted((forth, back), (subtract(r_of_l, l_of_l), subtract(r_of_r, l_of_r)))
     insidel = for_cells(parts.model, l_of_l, r_of_l, *jumps(parts, ratio, l_of_l, r_of_l, auxl, auxl)[:2])
@@ -205,7 +207,7 @@ def resolve(parts, ratio, markedl, markedr, ql, qr, auxl, auxr, crossingl, cross
                   for k, (item, inside, through) in enumerate(zip(left, insidel, carried, strict=True))])
     right = tuple([item if k in rows else item + 0.5 * inside + through
                    for k, (item, inside, through) in enumerate(zip(right, insider, carried, strict=True))])
-    return left, right, fastest, speeds, waves
+    return {"left_going": left, "right_going": right, SPEED: found[SPEED], "speeds": speeds, "waves": waves}
 
 
 def chosen(condition, new, old):

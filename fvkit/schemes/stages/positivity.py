@@ -10,9 +10,9 @@ stays inside, for all rows of its phase: fluxes stay fluxes, so masses and mixtu
 The rows of ``left_going`` that belong to masses hold F itself; see `fvkit.schemes.stages.fluctuations`.
 """
 
-
 from fvkit.pointwise import TINY, largest_share, maximum, minimum, where
-from fvkit.problem.answers import mass_flux
+from fvkit.problem.answers import mass_flux as flux_of
+from fvkit.schemes.scheme import MASS_FLUX
 
 #: Half of a cell's mass, less what rounding may add to it.
 HALF = 0.5 * (1.0 - 1e-14)
@@ -23,7 +23,7 @@ SHORE = 4.0
 
 def window(parts, ratio, ql, qr, row):
     """Return the bounds of dt/dx times the flux of a mass through a face."""
-    fluxl, fluxr = mass_flux(parts.model, ql)[row], mass_flux(parts.model, qr)[row]
+    fluxl, fluxr = flux_of(parts.model, ql)[row], flux_of(parts.model, qr)[row]
     return HALF * (ratio * fluxr - qr[row]), HALF * (ql[row] + ratio * fluxl)
 
 
@@ -56,47 +56,42 @@ def inside(parts, ratio, ql, qr, fluxes):
 
 # ---------------------------------------------------------------------- the window
 
-def mass_fluxes(parts, ratio, left, correction=None):
+def mass_fluxes(parts, ratio, left_going, correction=None):
     """Return the flux of each mass through a face, and the correction without the rows that have gone into it."""
     rows = parts.model.mass_rows()
     if correction is None:
-        return (tuple([left[row] for row in rows]),)
+        return {MASS_FLUX: tuple([left_going[row] for row in rows])}
     rest = tuple([0.0 if k in rows else item for k, item in enumerate(correction)])
-    return tuple([left[row] + correction[row] for row in rows]), rest
+    return {MASS_FLUX: tuple([left_going[row] + correction[row] for row in rows]), "correction": rest}
 
 
-def may_overdraw(parts, ratio, ql, qr, left, carried, correction=None, cross=None):
+def may_overdraw(parts, ratio, ql, qr, mass_flux, correction=None, **others):
     """Whether a mass flux leaves the window, or neighbours differ enough to fade the correction of the face."""
-    found = ~inside(parts, ratio, ql, qr, dict(zip(parts.model.mass_rows(), carried, strict=True)))
+    found = ~inside(parts, ratio, ql, qr, dict(zip(parts.model.mass_rows(), mass_flux, strict=True)))
     return found if correction is None else found | apart(parts, ql, qr, SHORE)
 
 
-def hold_within(parts, ratio, ql, qr, left, carried, correction=None, cross=None):
+def hold_within(parts, ratio, ql, qr, left_going, mass_flux, correction=None, cross=None):
     """Keep the mass fluxes within the window, to the last bit, and the corrections to the share that this allows.
 
     At shores the corrections fade.
     """
-    terms = [list(term) for term in (correction, cross) if term is not None]
+    terms = {name: list(term) for name, term in (("correction", correction), ("cross", cross)) if term is not None}
     held = []
-    total = dict(zip(parts.model.mass_rows(), carried, strict=True))
+    total = dict(zip(parts.model.mass_rows(), mass_flux, strict=True))
     for masses, momentum in parts.model.phases:
         factor, bounds = 1.0, [window(parts, ratio, ql, qr, row) for row in masses]
         if correction is not None:
             for row, (low, high) in zip(masses, bounds, strict=True):
-                first = ratio * left[row]
+                first = ratio * left_going[row]
                 factor = minimum(factor, largest_share(ratio * total[row] - first, first - low, high - first))
             fading = minimum(1.0, evenness(ql[masses[-1]], qr[masses[-1]], SHORE))
             factor = factor * fading
-            terms[0][momentum] = factor * correction[momentum]
-            for term in terms[1:]:
-                term[momentum] = fading * term[momentum]
+            terms["correction"][momentum] = factor * correction[momentum]
+            if cross is not None:
+                terms["cross"][momentum] = fading * cross[momentum]
         for row, (low, high) in zip(masses, bounds, strict=True):
-            reduced = left[row] if correction is None else left[row] + factor * (total[row] - left[row])
+            reduced = left_going[row] if correction is None else left_going[row] + factor * (total[row] - left_going[row])
             flux = total[row] if correction is None else where(factor < 1.0, reduced, total[row])
             held.append(where(ratio * flux > high, high / ratio, where(ratio * flux < low, low / ratio, flux)))
-    return (tuple(held), *(tuple(term) for term in terms))
-
-
-# ---------------------------------------------------------------------- the fallback
-
-
+    return {MASS_FLUX: tuple(held), **{name: tuple(term) for name, term in terms.items()}}
