@@ -1,6 +1,11 @@
-"""What to cite for results: the one place from which files, `fvkit cite` and the documents take it."""
+"""Citations: works that parts name, and the package; files, `fvkit cite` and the documents take them from here."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import attrs
+
+from fvkit.pointwise.part import Part
 
 #: Version of both packages, as in pyproject.toml and CITATION.cff.
 VERSION = "0.1.0"
@@ -42,23 +47,29 @@ class Work:
         return f"@{self.kind}{{{self.key},\n" + ",\n".join(lines) + "\n}"
 
 
-#: The paper of the two-phase model, its reduced model and its Roe solver.
-MODEL = Work("article", "pelanti2008", ("M. Pelanti", "F. Bouchut", "A. Mangeney"),
-             "A Roe-type scheme for two-phase shallow granular flows over variable topography",
-             {"journal": "ESAIM: Mathematical Modelling and Numerical Analysis", "volume": "42", "pages": "851--885",
-              "year": "2008", "doi": "10.1051/m2an:2008029"}, "M2AN 42 (2008) 851-885")
-
-
 def package(version: str | None = None) -> Work:
     """Return this package as a work; with its version where one is given."""
     return Work("software", "fvkit", (DEVELOPERS,), "fvkit: pluggable finite volumes for hyperbolic systems",
                 {} if version is None else {"version": version, "license": "BSD-3-Clause"})
 
 
-#: What files carry: in words, without a version, which stands beside it there.
-CITATION = "; ".join(work.sentence() for work in (MODEL, package()))
+def cited(parts: Iterable[Any]) -> tuple[Work, ...]:
+    """Return the works that parts name in ``cite``, each once, in the order of the parts."""
+    return tuple(dict.fromkeys(work for part in parts for work in part.cite))
+
+
+def sentence(parts: Iterable[Any]) -> str:
+    """Return what files carry: the works of the parts of a run, and the package; its version stands beside it there."""
+    return "; ".join(work.sentence() for work in (*cited(parts), package()))
 
 
 def bibtex(version: str) -> str:
-    """Return the BibTeX entries to cite: the package of that version, and the paper of the two-phase model."""
-    return "\n\n".join(work.bibtex() for work in (package(version), MODEL))
+    """Return the BibTeX entries to cite: the package of that version, and the works that the loaded parts name."""
+    return "\n\n".join(work.bibtex() for work in (package(version), *cited(_loaded(Part))))
+
+
+def _loaded(kind: type[Part]) -> Iterator[type[Part]]:
+    """Yield all classes that derive from a class, in the order of their definition."""
+    for heir in kind.__subclasses__():
+        yield heir
+        yield from _loaded(heir)

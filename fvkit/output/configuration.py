@@ -17,7 +17,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.files import Unreadable
-from fvkit.output.citation import CITATION, VERSION
+from fvkit.output.citation import VERSION, sentence
 from fvkit.output.status import Results, Stats, Status
 from fvkit.pointwise.part import Part
 from fvkit.problem.fields import on_grid
@@ -196,7 +196,7 @@ def effective(problem: Problem, scheme: Scheme, stats: Stats, status: Status, me
             "sources": describe(problem.sources), "grid": describe(problem.grid), "t_start": problem.t_start,
             "t_end": problem.t_end, "background": describe(given) if callable(given) else given is not None,
             "backend": stats.backend, "versions": versions, "status": status.name, "message": message,
-            "statistics": describe(stats), "citation": CITATION}
+            "statistics": describe(stats), "citation": sentence((problem.model, scheme.riemann, *problem.sources))}
 
 
 def configuration_of(solution: Results) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from inspect import get_annotations
 from math import nan
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -20,6 +20,9 @@ class Part:
     Subclasses are abstract or final. Decorate yours with ``@attrs.frozen`` when it has parameters,
     and annotate each with ``float``: pointwise methods see these, and nothing else, through ``self``.
     """
+
+    #: Works to cite for results that the part has made, `fvkit.output.citation.Work`.
+    cite: ClassVar[tuple[Any, ...]] = ()
 
     def __new__(cls, *arguments: Any, **named: Any) -> Any:
         mine = {} if "__attrs_attrs__" in vars(cls) else get_annotations(cls)

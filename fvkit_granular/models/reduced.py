@@ -7,9 +7,11 @@ import attrs
 import numpy as np
 
 from fvkit import Phase, maximum, minimum, where
+from fvkit.output.citation import Work
 from fvkit.pointwise.polynomial import exchange, product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
+from fvkit_granular.models.literature import PELANTI_2008
 from fvkit_granular.models.quantities import bottom, broadcast, ratio, solid_and_fluid
 from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
 from fvkit_granular.models.shallow_flow import ShallowFlow
@@ -55,6 +57,7 @@ class Reduced(ShallowFlow):
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (5.1).
     """
 
+    cite: ClassVar[tuple[Work, ...]] = (PELANTI_2008,)
     conserved: ClassVar[tuple[str, ...]] = ("h", "rho h", "rho h v")
     phases: ClassVar[tuple[Phase, ...]] = (Phase((0, 1), 2),)
 

@@ -1,8 +1,12 @@
 """The two-phase shallow granular flow model of Pelanti, Bouchut and Mangeney."""
 
+from typing import ClassVar
+
 import attrs
 
+from fvkit.output.citation import Work
 from fvkit.pointwise.polynomial import exchange, product_slope, total
+from fvkit_granular.models.literature import PELANTI_2008
 from fvkit_granular.models.pressure_coupled import PressureCoupled
 from fvkit_granular.models.spectrum import couplings
 from fvkit_granular.models.two_masses import advected
@@ -35,6 +39,8 @@ class TwoPhase(PressureCoupled):
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885. Roe averages: the velocity means of the paper with
     arithmetic depths, derived here to satisfy A^ dq = df + w^ exactly.
     """
+
+    cite: ClassVar[tuple[Work, ...]] = (PELANTI_2008,)
 
     def flux(self, q):
         return mixture_flux(self.layers(q), self.g, self.gamma)
