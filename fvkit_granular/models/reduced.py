@@ -10,7 +10,7 @@ from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit.pointwise.polynomial import exchange, product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio, solid_and_fluid
+from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS, bottom, broadcast, ratio, solid_and_fluid
 from fvkit_granular.models.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
@@ -55,6 +55,7 @@ class Reduced(Model):
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (5.1).
     """
 
+    questions = QUESTIONS
     conserved: ClassVar[tuple[str, ...]] = ("h", "rho h", "rho h v")
     aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0, 1), 2),)
@@ -147,7 +148,7 @@ class Reduced(Model):
         (first, second, third), (s1, _, s3) = waves, speeds
         carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl
         carried3 = hr * vr - hr * ((s3 - vr) / (s3 - starr + TINY)) * starr
-        return ((carried1,) + first, (jump[0] - carried1 - carried3,) + second, (carried3,) + third), speeds
+        return ((carried1, *first), (jump[0] - carried1 - carried3, *second), (carried3, *third)), speeds
 
     def beyond(self, q, slopes, distance):
         mass, momentum, _ = deepened(q[0], deepening(self, q, slopes[0], distance), self.dry)

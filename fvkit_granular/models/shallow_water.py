@@ -10,7 +10,7 @@ from fvkit import Model, RiemannSolver, maximum, where
 from fvkit.pointwise.polynomial import product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio
+from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS, bottom, broadcast, ratio
 from fvkit_granular.models.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
@@ -48,6 +48,7 @@ class ShallowWater(Model):
     On {phi constant, vs = vf} it is exact.
     """
 
+    questions = QUESTIONS
     conserved: ClassVar[tuple[str, ...]] = ("h", "h v")
     aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1),)

@@ -10,7 +10,7 @@ import numpy as np
 from fvkit import Model, RiemannSolver, maximum, minimum, where
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.quantities import QUANTITIES, bottom, broadcast, ratio, solid_and_fluid
+from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS, bottom, broadcast, ratio, solid_and_fluid
 from fvkit_granular.models.relaxation import Relaxation, mass_and_momentum, sound_speeds
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
@@ -50,6 +50,7 @@ class TwoMasses(Model, ABC):
         initial depth, at least 1e-30 m; smaller values let ever thinner films set the time step.
     """
 
+    questions = QUESTIONS
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
     aux: ClassVar[tuple[str, ...]] = ("b",)
     phases: ClassVar[tuple[tuple[tuple[int, ...], int], ...]] = (((0,), 1), ((2,), 3))
