@@ -37,20 +37,9 @@ class Answer(NamedTuple):
 
 
 def check(part: Part, method: str, arguments: tuple[Any, ...], wanted: Answer, length: int, traced: bool = True) -> Any:
-    """Return what ``part.method(*arguments)`` answers, once it is known to keep the contract.
+    """Return what ``part.method(*arguments)`` answers, or raise PointwiseError; arrays have shape (length,).
 
-    Parameters
-    ----------
-    part, method : who is asked what.
-    arguments : parts, numbers, arrays (length,), and tuples of them.
-    wanted : the form of the answer.
-    length : of the arrays.
-    traced : False for a method that needs whole arrays, and never runs compiled.
-
-    Raises
-    ------
-    PointwiseError
-        With the method, the file, the line and the rule.
+    ``traced`` is False for a method that needs whole arrays, and never runs compiled.
     """
     if not callable(getattr(type(part), method)):
         raise PointwiseError(f"{type(part).__name__}.{method}: must be a method, got {getattr(part, method)!r}")
@@ -111,12 +100,10 @@ def _reason(error: Any) -> str | None:
 
 def where(part: Part, method: str, error: BaseException | None = None) -> str:
     """Name a method, file and line: where the user's own code raised an error, else where the method begins."""
-    label, own = f"{type(part).__name__}.{method}", getattr(inspect.unwrap(getattr(type(part), method)), "__code__", None)
+    own: Any = getattr(inspect.unwrap(getattr(type(part), method)), "__code__", None)
     code, line = users(error) or (own, getattr(own, "co_firstlineno", 0))
-    if code is None:
-        return label
     inside = "" if code is own else f", in {code.co_qualname.rsplit('<locals>.', 1)[-1]}"
-    return f"{label}{inside} ({code.co_filename}:{line})"
+    return f"{type(part).__name__}.{method}{inside}" + (f" ({code.co_filename}:{line})" if code is not None else "")
 
 
 def users(error: BaseException | None) -> tuple[CodeType, int] | None:

@@ -146,6 +146,9 @@ class Expr:
         raise Untraceable("a value is turned into a Python float here, which no array is; use np.sqrt and its like, not "
                           "those of math")
 
+    def __array__(self, *arguments: Any, **settings: Any) -> Any:
+        raise Untraceable("values are put into an array here, where sums would count cells as well; keep components in tuples")
+
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **settings: Any) -> Any:
         if method != "__call__" or settings:
             raise Untraceable(f"np.{ufunc.__name__} is used here with more than plain arguments")
@@ -212,7 +215,10 @@ def _power(graph: Graph, a: Any, b: Any) -> Any:
     return result if b > 0 else 1.0 / result
 
 
-def _where(graph: Graph, condition: Any, a: Any, b: Any) -> Any:
+def _where(graph: Graph, condition: Any, *choices: Any) -> Any:
+    if len(choices) != 2:
+        raise Untraceable("np.where(condition) looks for cells; fv.where(condition, a, b) serves each")
+    a, b = choices
     if not isinstance(condition, Expr):
         return a if condition else b
     if a is b or (not isinstance(a, Expr) and repr(a) == repr(b)):
