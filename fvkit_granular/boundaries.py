@@ -225,10 +225,8 @@ class FixedLevel(Continued):
         unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
         flow = beyond(self, model, q, values)
         has = model.depth(flow)
-        leaves, scale, result = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0)), q[:0]
-        for k in range(rows):
-            result = result + (where(leaves, scale * flow[k], depth * values[3 + k] + enters * values[3 + rows + k]),)
-        return result
+        leaves, scale = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0))
+        return tuple([where(leaves, scale * flow[k], depth * values[3 + k] + enters * values[3 + rows + k]) for k in range(rows)])
 
 
 @attrs.frozen

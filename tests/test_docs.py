@@ -9,6 +9,7 @@ import fvkit
 import fvkit.testing
 import fvkit_granular
 from fvkit.cli import build_parser
+from fvkit.problem import questions
 from tests.pages import code_blocks
 
 TOP = Path(__file__).parent.parent
@@ -26,6 +27,13 @@ def name(page):
 def test_links_and_pictures_exist(page):
     for target in re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8")):
         assert target.startswith("http") or (page.parent / target).exists(), target
+
+
+def test_the_table_of_questions_is_that_of_the_code():
+    tables = {"model": questions.MODEL, "source": questions.SOURCE, "boundary": questions.BOUNDARY, "Riemann solver": questions.RIEMANN,
+              "limiter": questions.LIMITER, "reconstruction": questions.RECONSTRUCTION}
+    rows = [f"| {part} | `{one.call}` | {one.answers} | {one.asked_by} |" for part, table in tables.items() for one in table]
+    assert "\n".join(rows) in (TOP / "docs" / "extending.md").read_text(encoding="utf-8")
 
 
 #: `fvkit.where`, `fvkit.maximum` and `fvkit.minimum` are NumPy's: the page names them in a sentence.

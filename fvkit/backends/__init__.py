@@ -1,7 +1,6 @@
 """Backends: who runs the stages of a scheme."""
 
 import os
-import warnings
 
 from fvkit import validation
 from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
@@ -55,7 +54,7 @@ def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: s
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:
-    """Return the kernel of a backend; ``"auto"`` compiles where numba can and the parts can be traced.
+    """Return the kernel of a backend; ``"auto"`` compiles where numba is at hand and the Riemann solver lets it.
 
     ``$FVKIT_BACKEND`` overrides ``"auto"``.
 
@@ -64,7 +63,7 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     ValueError
         If ``"numba"`` or threads are asked for and numba is not installed or switched off, or for threads with too few cells.
     Untraceable
-        If ``"numba"`` is asked for and a pointwise function needs whole arrays.
+        If a stage of the scheme needs whole arrays and is to be compiled; parts that do are refused before.
     """
     backend = backend_for(parts.riemann, backend)
     advice = f"unset {SWITCH}" if switched_off() else "pip install 'fvkit[fast]'"
@@ -78,12 +77,6 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     staged = scheme.time_integrator is not None
     if staged and threads > 1:
         raise ValueError(f"`threads` serve WavePropagation, got {threads} threads with {type(scheme).__name__}: use threads=1")
-    try:
-        if threads > 1:
-            return ThreadedKernel(problem, scheme, parts, threads)
-        return (StagedNumbaKernel if staged else NumbaKernel)(problem, scheme, parts)
-    except Untraceable as error:
-        if backend == "numba":
-            raise
-        warnings.warn(f"the NumPy backend is used: {error}", RuntimeWarning, stacklevel=4)
-        return array_kernel(problem, scheme, parts)
+    if threads > 1:
+        return ThreadedKernel(problem, scheme, parts, threads)
+    return (StagedNumbaKernel if staged else NumbaKernel)(problem, scheme, parts)

@@ -18,11 +18,13 @@ class Part:
     """A frozen attrs class whose float fields are its parameters and whose methods are pointwise.
 
     Subclasses are abstract or final. Decorate yours with ``@attrs.frozen`` when it has parameters,
-    and annotate each with ``float``: pointwise methods see these, and nothing else, through ``self``.
+    and annotate each with ``float``: pointwise methods see these, their class and nothing else through ``self``.
+    ``questions`` are the methods that others ask for, see `fvkit.problem.questions`.
     """
 
     #: Works to cite for results that the part has made, `fvkit.output.citation.Work`.
     cite: ClassVar[tuple[Any, ...]] = ()
+    questions: ClassVar[tuple[Any, ...]] = ()
 
     def __new__(cls, *arguments: Any, **named: Any) -> Any:
         mine = {} if "__attrs_attrs__" in vars(cls) else get_annotations(cls)
@@ -41,6 +43,10 @@ class Part:
         """Values of the numeric fields, in order; NaN for one that is left open (None) or varies, see `fvkit.problem.fields`."""
         return tuple(float(value) if isinstance(value, (float, int, np.number)) else nan
                      for value in map(self.__getattribute__, self.parameter_names()))
+
+    def varying(self) -> tuple[tuple[str, bool], ...]:
+        """Return the names of the fields that vary over the grid, and of each whether it has a row for every component of q."""
+        return ()
 
     @classmethod
     def defines(cls, name: str) -> bool:

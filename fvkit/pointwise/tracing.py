@@ -39,11 +39,9 @@ class Graph:
 
     def function(self, name: str, *values: Any) -> Any:
         """Return what a NumPy function makes of symbols and numbers."""
-        if not any(isinstance(value, Expr) for value in values):
-            return getattr(np, name)(*values)
         if name not in _FUNCTIONS:
-            raise Untraceable(f"np.{name} is no elementwise function that the compiled backend knows; it knows "
-                              f"{', '.join(sorted(_FUNCTIONS))}")
+            raise Untraceable(f"np.{name} does not take cells one by one, as pointwise code does (no sums, no extremes, no "
+                              f"shifts); these do: {', '.join(sorted(_FUNCTIONS))}")
         return _FUNCTIONS[name](self, *(_value(value) for value in values))
 
 
@@ -141,10 +139,15 @@ class Expr:
         return self.graph.node("not", self)
 
     def __bool__(self) -> bool:
-        raise Untraceable("a value decides here what is computed; use fv.where(condition, a, b)")
+        raise Untraceable("a value decides here what is computed (if, while, and, or, not, max, min); use fv.where(condition, "
+                          "a, b), &, |, ~, fv.maximum(a, b) or fv.minimum(a, b)")
 
     def __float__(self) -> float:
-        raise Untraceable("a value is turned into a Python float here; the compiled backend has no number yet")
+        raise Untraceable("a value is turned into a Python float here, which no array is; use np.sqrt and its like, not "
+                          "those of math")
+
+    def __array__(self, *arguments: Any, **settings: Any) -> Any:
+        raise Untraceable("values are put into an array here, where sums would count cells as well; keep components in tuples")
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **settings: Any) -> Any:
         if method != "__call__" or settings:
@@ -212,7 +215,10 @@ def _power(graph: Graph, a: Any, b: Any) -> Any:
     return result if b > 0 else 1.0 / result
 
 
-def _where(graph: Graph, condition: Any, a: Any, b: Any) -> Any:
+def _where(graph: Graph, condition: Any, *choices: Any) -> Any:
+    if len(choices) != 2:
+        raise Untraceable("np.where(condition) looks for cells; fv.where(condition, a, b) serves each")
+    a, b = choices
     if not isinstance(condition, Expr):
         return a if condition else b
     if a is b or (not isinstance(a, Expr) and repr(a) == repr(b)):
@@ -239,6 +245,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
         ("logical_not", "not"), ("absolute", "abs"), ("fabs", "abs"), ("negative", "neg"))},
     "add": _add, "subtract": _subtract, "multiply": _multiply, "divide": _divide, "true_divide": _divide, "power": _power,
     "float_power": _power, "where": _where, "clip": _clip, "positive": lambda graph, a: a,
+    "zeros_like": lambda graph, a: 0.0, "ones_like": lambda graph, a: 1.0, "full_like": lambda graph, a, value: value,
     "square": lambda graph, a: a * a, "reciprocal": lambda graph, a: 1.0 / a,
 }
 

@@ -14,6 +14,7 @@ from fvkit.pointwise.part import Part, default
 from fvkit.problem import answers
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
+from fvkit.problem.questions import BOUNDARY
 from fvkit.problem.slopes import end_step, resolved_steps
 
 
@@ -39,6 +40,7 @@ class BoundaryCondition(Part, ABC):
     8. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 
+    questions = BOUNDARY
     reads: ClassVar[str] = "nearest"
     closed: ClassVar[bool] = False
 

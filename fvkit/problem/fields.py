@@ -15,9 +15,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.grid import Grid
-
-#: Which argument of the methods of a source holds the aux values.
-_AUX_OF = {"step": 2, "rate": 2, "implicit_rate": 2, "driven": 4}
+from fvkit.problem.questions import aux_places
 
 
 def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str = "", **bounds: float) -> Any:
@@ -188,7 +186,7 @@ def _looking_behind(kind: Any, places: tuple[tuple[str, int, int | None], ...], 
 
         return method
 
-    for name, at in _AUX_OF.items():
+    for name, (at,) in aux_places(kind.questions).items():
         if kind.defines(name):
             setattr(OnGrid, name, answering(name, at))
     OnGrid.__name__, OnGrid.__qualname__ = kind.__name__, kind.__qualname__

@@ -12,6 +12,7 @@ import numpy as np
 from fvkit.pointwise import combine, subtract
 from fvkit.pointwise.part import Part, default
 from fvkit.problem import answers
+from fvkit.problem.questions import MODEL, Question
 
 
 class Phase(NamedTuple):
@@ -33,7 +34,8 @@ class Model(Part, ABC):
        ``flux(q, aux)`` and ``wave_speeds(q, aux)``: each side of a face has the aux values of its own cell. Core and solvers ask
        through `fvkit.problem.answers`, which serves both.
     3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
-       arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``; ``self`` gives float fields and pointwise methods.
+       arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``, put together by whatever Python has; ``self`` gives
+       float fields, methods and constants of the class.
     4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
        momentum, the mass that carries it last. Walls, positivity, treatment of dry faces, conservation statistics, drag
        and friction are derived from it. () for a general law.
@@ -49,6 +51,7 @@ class Model(Part, ABC):
     Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
     """
 
+    questions = MODEL
     conserved: ClassVar[tuple[str, ...]] = ()
     aux: ClassVar[tuple[str, ...]] = ()
     phases: ClassVar[tuple[Phase, ...]] = ()
@@ -65,7 +68,7 @@ class Model(Part, ABC):
             if not isinstance(given, tuple) or not all(isinstance(item, str) for item in given):
                 raise TypeError(f"`{name}` of {cls.__name__} must be a tuple of names such as ('h', 'h v'), got {given!r}"
                                 + (f": write ({given!r},)" if isinstance(given, str) else ""))
-        cls.takes_aux = frozenset(name for name, states in _MAY_TAKE_AUX.items() if _takes_aux(cls, name, states))
+        cls.takes_aux = frozenset(one.name for one in cls.questions if one.also and _takes_aux(cls, one))
         _check_phases(cls)
 
     @abstractmethod
@@ -235,24 +238,21 @@ class Model(Part, ABC):
         return tuple(row for masses, _ in cls.phases for row in masses)
 
 
-#: How many states the methods take that may take aux values behind them.
-_MAY_TAKE_AUX = {"flux": 1, "wave_speeds": 1, "speeds_between": 2}
-
-
-def _takes_aux(kind: type[Model], name: str, states: int) -> bool:
+def _takes_aux(kind: type[Model], asked: Question) -> bool:
     """Whether a method takes the aux values of each state, or raise where it takes neither them nor states alone."""
     try:
-        given = list(inspect.signature(getattr(kind, name)).parameters.values())[1:]
+        given = list(inspect.signature(getattr(kind, asked.name)).parameters.values())[1:]
     except (TypeError, ValueError):  # no function at all: the contract check says so
         return False
     if any(one.kind is not one.POSITIONAL_OR_KEYWORD for one in given):
         return False
     needed = sum(one.default is one.empty for one in given)
-    if needed not in (states, 2 * states):
-        alone, with_aux = ("ql, qr", "ql, qr, auxl, auxr") if states == 2 else ("q", "q, aux")
-        raise TypeError(f"`{name}` of {kind.__name__} must be {name}(self, {alone}), or {name}(self, {with_aux}) where it "
-                        f"depends on x, got {name}({', '.join(['self', *(one.name for one in given)])})")
-    return needed == 2 * states
+    alone, with_aux = asked.takes, (*asked.takes, *asked.also)
+    if needed not in (len(alone), len(with_aux)):
+        wanted, other, got = (f"{asked.name}({', '.join(['self', *names])})"
+                              for names in (alone, with_aux, [one.name for one in given]))
+        raise TypeError(f"`{asked.name}` of {kind.__name__} must be {wanted}, or {other} where it depends on x, got {got}")
+    return needed == len(with_aux)
 
 
 def _check_phases(kind: type[Model]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise import contract
-from fvkit.problem import answers
+from fvkit.problem import answers, questions
 from fvkit.problem.boundary import BoundaryCondition, Outflow
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.fields import Field, layout, varying_over, with_numbers
@@ -208,49 +208,17 @@ class Problem:
         return tuple(q), tuple(aux), count
 
     def _check_contract(self) -> None:
-        model, kind, rows = self.model, type(self.model), len(self.model.conserved)
-        q, aux, count = self.sample()
-        face = (q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux))
-        optional = {"settle": (q,), "jump": face, "balanced_difference": face, "matrix_product": (*face, q), "cross": face,
-                    "beyond": (q, (1.0,) * len(model.aux), 1.0)}
-        single = {"admissible": (q,), "hyperbolic_discriminant": face[:2], "may_lose_hyperbolicity": face[:2]}
-        asked = [name for name in (*optional, *single) if model.defines(name)]
-        contract.read(kind, ("flux", "wave_speeds", *asked))
-        for name, components in (("flux", rows), ("wave_speeds", 2)):
-            contract.rehearse(model, name, (q, aux) if name in model.takes_aux else (q,), components, count)
-        if model.defines("speeds_between"):
-            contract.read(kind, ("speeds_between",))
-            contract.rehearse(model, "speeds_between", face if "speeds_between" in model.takes_aux else face[:2], 2, count)
+        model, (q, aux, _) = self.model, self.sample()
+        given = questions.samples(model, q, aux)
+        questions.check_answers(model, given)
         if "flux" in model.takes_aux:
             _check_mass_flux(model, q, aux)
-        for name, arguments in optional.items():
-            if name in asked:
-                contract.rehearse(model, name, arguments, rows, count)
-        for name, arguments in single.items():
-            if name in asked:
-                contract.rehearse_value(model, name, arguments, count)
-        for name in ("decompose", "relaxation"):
-            if model.defines(name):
-                contract.read(kind, (name,))
-                contract.rehearse_waves(model, name, (*face, q), rows, count)
         for side in self.ends:
-            values = side.values(model, self.t_start)
-            contract.read(type(side), ("ghost",), kind)
-            contract.rehearse(side, "ghost", (model, q, values), rows, count)
-            if side.defines("mass_fluxes") and side.mass_fluxes(model, values):
-                contract.rehearse(side, "mass_fluxes", (model, values), len(model.mass_rows()), count)
-        for given in self.sources:
-            given.check(model)
-            contract.read(type(given), ("step", "rate"), kind)
-            source = with_numbers(given, self.fields, self.t_start)
-            contract.rehearse(source, "step", (model, q, aux, 0.0), rows, count)
-            if source.defines("driven"):
-                contract.read(type(source), ("driven",), kind)
-                bearing = tuple(q[masses[-1]] for masses, _ in model.phases)
-                contract.rehearse(source, "driven", (model, q, q, bearing, aux, 0.0), rows, count)
-            contract.rehearse(source, "rate", (model, q, aux), rows, count)
-            with np.errstate(all="ignore"):
-                contract.agree(source, "step", source.step(model, q, aux, 0.0), q, "must return the state for dt = 0")
+            questions.check_answers(side, {**given, "values": side.values(model, self.t_start)})
+        for source in self.sources:
+            source.check(model)
+            found = questions.check_answers(with_numbers(source, self.fields, self.t_start), given)
+            contract.agree(source, "step", found["step"], q, "must return the state for dt = 0")
 
 
 def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:

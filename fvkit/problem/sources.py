@@ -11,6 +11,7 @@ from fvkit.pointwise import add, combine, maximum, minimum, scale, subtract, whe
 from fvkit.pointwise.part import Part, default
 from fvkit.problem.fields import is_number
 from fvkit.problem.model import Model
+from fvkit.problem.questions import SOURCE
 
 
 @attrs.frozen
@@ -39,6 +40,7 @@ class Source(Part, ABC):
     9. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
     """
 
+    questions = SOURCE
     between_phases: ClassVar[bool] = False
     static: ClassVar[bool] = False
 
@@ -49,7 +51,6 @@ class Source(Part, ABC):
                              "leave it out of `sources`")
 
     def varying(self) -> tuple[tuple[str, bool], ...]:
-        """Return the names of the fields that vary over the grid, and of each whether it has a row for every component of q."""
         return tuple((name, False) for name in self.parameter_names() if not is_number(getattr(self, name)))
 
     @abstractmethod

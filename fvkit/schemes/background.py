@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from fvkit.pointwise import add, subtract
 from fvkit.problem.model import Model
+from fvkit.problem.questions import aux_places
 
 
 def deviation(model: Model) -> Model:
@@ -62,11 +63,6 @@ def _scanning(kind: type[Model]) -> type[Model]:
     return Scanning
 
 
-#: Which arguments of the methods of a model hold aux values.
-_AUX_OF = {"flux": (1,), "wave_speeds": (1,), "speeds_between": (2, 3), "lift": (1,), "cell_integral": (3,), "jump": (2, 3),
-           "balanced_difference": (2, 3), "decompose": (2, 3), "relaxation": (2, 3), "matrix_product": (2, 3), "cross": (2, 3)}
-
-
 @lru_cache(maxsize=64)
 def _given_more(kind: Any, more: tuple[str, ...]) -> type[Model]:
     class GivenMore(kind):
@@ -80,7 +76,7 @@ def _given_more(kind: Any, more: tuple[str, ...]) -> type[Model]:
 
         return method
 
-    for name, places in _AUX_OF.items():
+    for name, places in aux_places(kind.questions).items():
         if kind.defines(name) and max(places) < len(inspect.signature(getattr(kind, name)).parameters) - 1:
             setattr(GivenMore, name, cut(name, places))
     GivenMore.takes_aux = kind.takes_aux

@@ -7,6 +7,7 @@ from fvkit import validation
 from fvkit.pointwise import contract, scale
 from fvkit.problem import answers, fields
 from fvkit.problem.problem import Problem
+from fvkit.problem.questions import check_answers, samples
 from fvkit.schemes.background import adding_up, given_more, scanning
 from fvkit.schemes.cautions import cautioned, says_nothing_of_the_matrix
 from fvkit.schemes.riemann import default_riemann
@@ -66,29 +67,21 @@ def default_scheme(problem: Problem) -> Scheme:
 
 def check_parts(problem: Problem, parts: Parts) -> None:
     """Check the pointwise contract of solver and limiters on the problem's own initial state."""
-    model, kind = problem.model, type(problem.model)
-    q, aux, count = problem.sample()
-    face = (model, q, tuple(row[::-1] for row in q), aux, tuple(row[::-1] for row in aux), q)
-    if parts.riemann.compilable:
-        contract.read(type(parts.riemann), ("solve",), kind)
-    waves = contract.rehearse_waves(parts.riemann, "solve", face, len(q), count)
-    if parts.reconstruction is None and len(parts.limiters) not in (1, waves):
+    q, aux, _ = problem.sample()
+    given = samples(problem.model, q, aux)
+    waves, _ = check_answers(parts.riemann, given, traced=parts.riemann.compilable)["solve"]
+    if parts.reconstruction is None and len(parts.limiters) not in (1, len(waves)):
         raise ValueError(f"`limiter` must be one limiter or one per wave family: {type(parts.riemann).__name__} with "
-                         f"{kind.__name__} has {waves}, got {len(parts.limiters)}")
-    if parts.reconstruction is not None:
-        contract.read(type(parts.reconstruction), ("right",))
-        cells = tuple(np.linspace(1.0, 2.0 + k % 3, count) for k in range(5))
-        contract.rehearse_value(parts.reconstruction, "right", cells, count)
-    for limiter in parts.limiters:
-        contract.read(type(limiter), ("phi",))
-        contract.rehearse_value(limiter, "phi", (np.linspace(-1.0, 3.0, count), np.full(count, 0.5)), count)
+                         f"{type(problem.model).__name__} has {len(waves)}, got {len(parts.limiters)}")
+    for part in (parts.reconstruction, *parts.limiters):
+        if part is not None:
+            check_answers(part, given)
     with np.errstate(all="ignore"):
-        _check_numbers(parts, face[1:5])
+        _check_numbers(parts, *(given[name] for name in ("ql", "qr", "auxl", "auxr")))
 
 
-def _check_numbers(parts: Parts, face: tuple[Any, ...]) -> None:
+def _check_numbers(parts: Parts, ql: Any, qr: Any, auxl: Any, auxr: Any) -> None:
     """Refuse parts that run but break a promise of their contract: such runs converge to something else, without a word."""
-    ql, qr, auxl, auxr = face
     jump = parts.model.jump(ql, qr, auxl, auxr)
     waves, _ = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
     sizes = [np.fmax.reduce(np.abs(row), axis=None) for wave in (*waves, scale(1e-6, (*ql, *qr))) for row in wave]

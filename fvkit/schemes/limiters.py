@@ -12,6 +12,7 @@ import numpy as np
 
 from fvkit.pointwise import maximum, minimum
 from fvkit.pointwise.part import Part
+from fvkit.problem.questions import LIMITER
 
 
 @attrs.frozen
@@ -25,6 +26,7 @@ class Limiter(Part, ABC):
     A subclass is one formula; see `MC` (5 lines).
     """
 
+    questions = LIMITER
     limits: ClassVar[bool] = True
 
     @abstractmethod

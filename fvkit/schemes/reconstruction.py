@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit.pointwise import maximum, minimum
 from fvkit.pointwise.part import Part
+from fvkit.problem.questions import RECONSTRUCTION
 
 
 @attrs.frozen
@@ -23,6 +24,7 @@ class Reconstruction(Part, ABC):
     5. ``order`` is the order in smooth flow, for reports.
     """
 
+    questions = RECONSTRUCTION
     reach: ClassVar[int] = 2
     cubic: ClassVar[bool] = True
     order: ClassVar[int] = 5

@@ -12,6 +12,7 @@ from fvkit.pointwise import TINY, add, combine, least, maximum, scale, subtract,
 from fvkit.pointwise.part import Part, default
 from fvkit.problem.answers import face_speeds, mass_flux
 from fvkit.problem.model import Model
+from fvkit.problem.questions import RIEMANN
 
 
 @attrs.frozen
@@ -33,6 +34,7 @@ class RiemannSolver(Part, ABC):
     8. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
     """
 
+    questions = RIEMANN
     needs: ClassVar[tuple[str, ...]] = ()
     eigenvectors: ClassVar[bool] = False
     positive: ClassVar[bool] = False

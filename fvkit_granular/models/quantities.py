@@ -7,6 +7,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.problem.cell_averages import levelled
+from fvkit.problem.questions import Question
 
 QUANTITIES = {
     "h": ("m", "depth of the flow"),
@@ -36,6 +37,14 @@ LAYERS = QUANTITIES | {
     "vf": ("m s-1", "velocity of the upper layer"),
     "interface": ("m", "height of the interface between the layers"),
 }
+
+#: What these models may be asked besides: friction and ends ask for the first two, rain for the last.
+QUESTIONS: tuple[Question, ...] = (
+    *Model.questions,
+    Question("depth", ("q",), "number", "friction, ends"),
+    Question("basal_load", ("q",), "one per phase", "friction"),
+    Question("poured", ("q", "solid", "fluid"), "masses", "rain"),
+)
 
 
 def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -148,7 +148,7 @@ class Reduced(ShallowFlow):
         (first, second, third), (s1, _, s3) = waves, speeds
         carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl
         carried3 = hr * vr - hr * ((s3 - vr) / (s3 - starr + TINY)) * starr
-        return ((carried1,) + first, (jump[0] - carried1 - carried3,) + second, (carried3,) + third), speeds
+        return ((carried1, *first), (jump[0] - carried1 - carried3, *second), (carried3, *third)), speeds
 
     def beyond(self, q, slopes, distance):
         mass, momentum, _ = deepened(q[0], deepening(self, q, slopes[0], distance), self.dry)

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit import Model, RiemannSolver
-from fvkit_granular.models.quantities import QUANTITIES
+from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS
 from fvkit_granular.models.relaxation import Relaxation
 from fvkit_granular.models.wet_dry import resolved
 
@@ -22,6 +22,7 @@ class ShallowFlow(Model, ABC):
     3. ``basal_load(q)`` and ``poured(q, solid, fluid)`` serve friction and rain.
     """
 
+    questions = QUESTIONS
     aux: ClassVar[tuple[str, ...]] = ("b",)
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
 

@@ -7,7 +7,7 @@ both are large. So friction acts together with the transport, on cells and on th
 """
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import attrs
 import numpy as np
@@ -167,10 +167,7 @@ class BasalFriction(Source):
         return np.sign(v) * self.slowed(model, load, h, np.abs(v), dt)
 
     def step(self, model, q, aux, dt):
-        bearing: Any = ()
-        for masses, _ in model.phases:
-            bearing = bearing + (q[masses[-1]],)
-        return self.driven(model, q, q, bearing, aux, dt)
+        return self.driven(model, q, q, tuple([q[masses[-1]] for masses, _ in model.phases]), aux, dt)
 
     def driven(self, model, before, after, bearing, aux, dt):
         middle = combine(0.5, before, 0.5, after)

@@ -107,48 +107,27 @@ def test_what_depends_on_parameters_alone_is_uniform():
 
 
 @attrs.frozen
-class Summing(fv.Model):
-    conserved = ("u",)
+class LookingUp(fv.WavePropagation):
+    """A scheme with a stage that only whole arrays can run."""
 
-    def flux(self, q):
-        return (np.interp(q[0], [-1e9, 1e9], [-1e9, 1e9]),)
+    def stages(self, parts):
+        first, *rest = super().stages(parts)
 
-    def wave_speeds(self, q):
-        return q[0], q[0]
+        def looked_up(parts, ratio, *inputs):
+            np.interp(inputs[0][0], [-1e9, 1e9], [-1e9, 1e9])
+            return first.compute(parts, ratio, *inputs)
 
-
-@attrs.frozen
-class Fine(fv.Model):
-    conserved = ("u",)
-
-    def flux(self, q):
-        return (0.5 * q[0] * q[0],)
-
-    def wave_speeds(self, q):
-        return q[0], q[0]
+        return (attrs.evolve(first, compute=looked_up), *rest)
 
 
-def problem(model: fv.Model) -> fv.Problem:
-    return fv.Problem(model, fv.Grid(0.0, 1.0, 20), lambda x: 1.0 + x[None], 0.1)
-
-
-def test_an_untraceable_method_is_named_with_its_line_and_numpy_still_runs_it():
-    line = inspect.getsourcelines(Summing.flux)[1] + 1
+def test_a_stage_that_cannot_be_traced_is_named_with_its_line_and_numpy_still_runs_it():
+    problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 20), lambda x: 1.0 + x[None], 0.1)
     with pytest.raises(Untraceable) as error:
-        fv.solve(problem(Summing()), fv.WavePropagation(fv.HLL()), backend="numba")
-    message = str(error.value)
-    assert f"Summing.flux ({Path(__file__)}:{line})" in message
-    assert "np.interp" in message
-    assert 'backend="numpy"' in message
-    assert fv.solve(problem(Summing()), fv.WavePropagation(fv.HLL()), backend="numpy").success
-
-
-def test_auto_falls_back_with_a_warning_that_says_why(monkeypatch):
-    monkeypatch.setenv("FVKIT_BACKEND", "auto")
-    with pytest.warns(RuntimeWarning, match=r"NumPy backend is used: Summing\.flux.*np\.interp"):
-        solution = fv.solve(problem(Summing()), fv.WavePropagation(fv.HLL()))
-    assert solution.stats.backend == "numpy"
-    assert fv.solve(problem(Fine()), fv.WavePropagation(fv.HLL())).stats.backend == "numba"
+        fv.solve(problem, LookingUp(fv.HLL()), backend="numba")
+    line = inspect.getsourcelines(LookingUp.stages)[1] + 4
+    assert f"looked_up ({Path(__file__)}:{line}): np.interp" in str(error.value)
+    assert 'backend="numpy"' in str(error.value)
+    assert fv.solve(problem, LookingUp(fv.HLL()), backend="numpy").success
 
 
 @pytest.mark.parametrize(("misuse", "words"), [

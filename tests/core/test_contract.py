@@ -1,8 +1,9 @@
-"""The pointwise contract: what a user's part may contain, and how a breach is named."""
+"""The pointwise contract: what a user's part may contain, what it must answer, and how a breach is named."""
 
+import functools
 import inspect
 import math
-from functools import cache
+import operator
 from pathlib import Path
 
 import attrs
@@ -10,10 +11,10 @@ import numpy as np
 import pytest
 
 import fvkit as fv
+from fvkit.problem import questions
 from tests.cases import Stepper, solve
 
 OFFSETS = [0.0, 1.0]
-FACTOR = 2.0
 
 
 class UserError(Exception):
@@ -26,12 +27,12 @@ def slope_by_branch(u):
     return -u
 
 
-def harmless(u):
-    return FACTOR * u
-
-
 def passes_on(u):
     return slope_by_branch(u)
+
+
+def fails(self, *arguments):
+    raise UserError("not today")
 
 
 @attrs.frozen
@@ -47,574 +48,285 @@ class Good(fv.Model):
         return self.factor, self.factor
 
 
-class IfOnValue(Good):
-    def flux(self, q):
+def having(base=Good, name=None, **methods):
+    """A subclass with other methods: functions of ``self`` and what comes behind."""
+    return type(name or "Changed", (base,), methods)
+
+
+def problem(model, **options):
+    return fv.Problem(model, fv.Grid(0.0, 1.0, 8), lambda x: 1.0 + x[None] if len(model.conserved) == 1 else np.ones((2, x.size)), 1.0,
+                      **options)
+
+
+def refused(build, where, rule, line=None):
+    """Building, of a model a problem, is refused with the method, this file, the line, and the rule."""
+    with pytest.raises(fv.PointwiseError) as error:
+        problem(build()) if isinstance(build, type) else build()
+    message = str(error.value)
+    assert message.startswith(where)
+    assert rule in message
+    if line is not None:
+        assert f" ({Path(__file__)}:{line}): " in message
+
+
+def marked(function):
+    """The rule that a function breaks, and in which line: there it says so."""
+    first = function.__code__.co_firstlineno
+    lines = Path(__file__).read_text(encoding="utf-8").splitlines()[first - 1:]
+    return next((text.split("# refused: ")[1], line) for line, text in enumerate(lines, first) if "# refused: " in text)
+
+
+class Violations(Good):
+    """One flux for each way of breaking a rule; the line that does names the rule."""
+
+    def branch(self, q):
+        if q[0] > 0.0:  # refused: fv.where(condition, a, b)
+            return q
+        return q
+
+    def conditional(self, q):
+        return (q[0] if q[0] > 1.0 else -q[0],)  # refused: fv.where
+
+    def conjunction(self, q):
+        low = (q[0] > 0.0) and (q[0] < 1.0)  # refused: fv.where
+        return (low * q[0],)
+
+    def repetition(self, q):
         (u,) = q
-        if u > 0.0:
-            u = -u
-        return (u,)
-
-
-class AndOnValues(Good):
-    def wave_speeds(self, q):
-        (u,) = q
-        low = (u > 0.0) and (u < 1.0)
-        return low, u
-
-
-class ConditionalExpression(Good):
-    def flux(self, q):
-        (u,) = q
-        return (u if u > 0.0 else -u,)
-
-
-class WhileOnValue(Good):
-    def flux(self, q):
-        (u,) = q
-        while u > 1.0:
+        while u > 1.0:  # refused: fv.where
             u = u - 1.0
         return (u,)
 
-
-class ChainedComparison(Good):
-    def flux(self, q):
-        (u,) = q
-        return ((0.0 < u < 1.0) * u,)
-
-
-class UnknownAttribute(Good):
-    def flux(self, q):
-        (u,) = q
-        return (self.factr * u,)
-
-
-class PlainClassConstant(Good):
-    constant = 3.0
-
-    def flux(self, q):
-        (u,) = q
-        return (self.constant * u,)
-
-
-class BuiltinMaximum(Good):
-    def wave_speeds(self, q):
-        (u,) = q
-        return min(u, 0.0), u
-
-
-class ScalarModule(Good):
-    def flux(self, q):
-        (u,) = q
-        return (math.sin(u),)
-
-
-class UndefinedName(Good):
-    def flux(self, q):
-        (u,) = q
-        return (factr * u,)  # noqa: F821
-
-
-class GlobalList(Good):
-    def flux(self, q):
-        (u,) = q
-        return (OFFSETS[1] * u,)
-
-
-class Comprehension(Good):
-    def flux(self, q):
-        return tuple([u * u for u in q])
-
-
-class GeneratorExpression(Good):
-    def flux(self, q):
-        return tuple(u * u for u in q)
-
-
-class UsesSuper(Good):
-    def flux(self, q):
-        return super().flux(q)
-
-
-class TooManyComponents(Good):
-    def flux(self, q):
-        (u,) = q
-        return u, u
-
-
-class OneSpeed(Good):
-    def wave_speeds(self, q):
-        (u,) = q
-        return (u,)
-
-
-class SumOverCells(Good):
-    def flux(self, q):
-        (u,) = q
-        return (np.array([np.sum(u), 0.0]),)
-
-
-class Stacked(Good):
-    def flux(self, q):
-        (u,) = q
-        return (np.stack([u, u]),)
-
-
-class MissingTuple(Good):
-    def flux(self, q):
-        (u,) = q
-        return u
-
-
-class ArrayForTuple(Good):
-    def wave_speeds(self, q):
-        (u,) = q
-        return np.stack([u, u])
-
-
-class HelperBranches(Good):
-    def flux(self, q):
-        (u,) = q
-        return (slope_by_branch(u),)
-
-
-class HelperOfHelperBranches(Good):
-    def flux(self, q):
-        (u,) = q
-        return (passes_on(u),)
-
-
-class MethodBranches(Good):
-    def speed(self, u):
-        return u if u > 0.0 else -u
-
-    def flux(self, q):
-        (u,) = q
-        return (self.speed(u) * u,)
-
-
-class DecomposeReturnsWavesOnly(Good):
-    def decompose(self, ql, qr, auxl, auxr, jump):
-        return (jump,)
-
-
-class DecomposeForgetsASpeed(Good):
-    def decompose(self, ql, qr, auxl, auxr, jump):
-        return (jump, jump), (self.factor,)
-
-
-class AdmissibleBranches(Good):
-    def admissible(self, q):
-        (u,) = q
-        return u > 0.0 or u < -1.0
-
-
-def from_scope(factor):
-    class Closure(Good):
-        def flux(self, q):
-            (u,) = q
-            return (factor * u,)
-
-    return Closure
-
-
-class SumAsFactor(Good):
-    def flux(self, q):
-        (u,) = q
-        return (np.sum(u) * u,)
-
-
-class ExtremeOfAllCells(Good):
-    def wave_speeds(self, q):
-        (u,) = q
-        return np.min(u), np.max(u)
-
-
-class NeighbourByRoll(Good):
-    def flux(self, q):
-        (u,) = q
-        return (np.roll(u, 1) - u,)
-
-
-class NoneForAComponent(Good):
-    def flux(self, q):
-        return (None,)
-
-
-class TextForAComponent(Good):
-    def flux(self, q):
-        return ("u",)
-
-
-class ComplexComponent(Good):
-    def flux(self, q):
-        return (1j * q[0],)
-
-
-class DecoratedMethod(Good):
-    @cache  # noqa: B019
-    def flux(self, q):
+    def assertion(self, q):
+        assert q[0] >= 0.0  # refused: fv.where
         return q
 
 
-class InPlace(Good):
+VIOLATIONS = {name: value for name, value in vars(Violations).items() if inspect.isfunction(value)} | {
+    "disjunction": lambda self, q: ((q[0] > 0.5 or q[0] < -1.0) * q[0],),  # refused: fv.where
+    "negation": lambda self, q: ((not q[0]) * q[0],),  # refused: fv.where
+    "chained": lambda self, q: ((0.0 < q[0] < 2.0) * q[0],),  # refused: fv.where
+    "parameter": lambda self, q: q if self.factor > 0.0 else (-q[0],),  # refused: fv.where
+    "builtin": lambda self, q: (max(q[0], 3.0),),  # refused: fv.maximum(a, b)
+    "scalar module": lambda self, q: (math.sqrt(q[0]),),  # refused: use np.sqrt and its like
+    "conversion": lambda self, q: (float(q[0]),),  # refused: Python float
+    "index from value": lambda self, q: (OFFSETS[q[0]] * q[0],),  # refused: value stands for the number of one cell
+    "total": lambda self, q: (np.sum(q[0]) + q[0],),  # refused: np.sum does not take cells
+    "method of array": lambda self, q: (q[0].sum() * q[0],),  # refused: no attribute 'sum'
+    "extreme": lambda self, q: (np.min(q[0]) + 0.0 * q[0],),  # refused: no extremes
+    "neighbour": lambda self, q: (np.roll(q[0], 1) - q[0],),  # refused: np.roll
+    "one cell": lambda self, q: (q[0][3] + q[0],),  # refused: not subscriptable
+    "slices": lambda self, q: (q[0][1:] - q[0][:-1],),  # refused: not subscriptable
+    "unpacked": lambda self, q: tuple([u for u in q[0]]),  # noqa: C416  # refused: not iterable
+    "stack": lambda self, q: (np.stack([q[0], q[0]]),),  # refused: np.stack
+    "search": lambda self, q: (np.where(q[0] > 0.0)[0] * q[0],),  # refused: fv.where(condition, a, b)
+    "sum of array": lambda self, q: (0.0 * q[0] + np.array([*q, *q]).sum(),),  # refused: keep components in tuples
+    "interpolation": lambda self, q: (np.interp(q[0], [0.0, 1.0], [0.0, 1.0]),),  # refused: np.interp
+    "settings": lambda self, q: (np.sqrt(q[0], dtype=float),),  # refused: plain arguments
+    "remainder": lambda self, q: (q[0] % 3.0,),  # refused: %
+    "imaginary": lambda self, q: (1j * q[0],),  # refused: a complex meets a value
+    "attribute": lambda self, q: (self.factr * q[0],),  # refused: factr is neither a parameter of Violating (factor) nor
+    "undefined": lambda self, q: (factr * q[0],),  # noqa: F821  # refused: the name factr is not defined
+    "unknown function": lambda self, q: (np.sqtr(q[0]),),  # refused: sqtr
+    "comprehended": lambda self, q: tuple(u if u > 2.0 else -u for u in q),  # refused: fv.where
+}
+
+
+@pytest.mark.parametrize("violation", VIOLATIONS)
+def test_a_breach_is_refused_by_the_problem_with_method_file_line_and_rule(violation):
+    flux = VIOLATIONS[violation]
+    refused(having(name="Violating", flux=flux), "Violating.flux", *marked(flux))
+
+
+def test_helpers_and_other_methods_are_examined_and_named_in_their_own_lines():
+    line = inspect.getsourcelines(slope_by_branch)[1] + 1
+    for helper in (slope_by_branch, passes_on):
+        kind = having(flux=lambda self, q, helper=helper: (helper(q[0]),))
+        refused(kind, "Changed.flux, in slope_by_branch", "fv.where", line)
+    kind = having(Violations, flux=lambda self, q: self.conditional(q))
+    refused(kind, "Changed.flux, in Violations.conditional", *marked(Violations.conditional))
+
+
+@attrs.frozen
+class Ordinary(Good):
+    """f = (2 + 4) u in ordinary Python."""
+
+    powers = (2.0, 4.0)
+
+    def flux(self, q):
+        return self.scaled(super().flux(q))
+
+    def wave_speeds(self, q):
+        return tuple(6.0 * speed for speed in super().wave_speeds(q))
+
+    @functools.wraps(Good.flux)
+    def scaled(self, q):
+        square = lambda u: u * OFFSETS[-1]  # noqa: E731
+        first, *rest = tuple(square(u) for u in q)
+        both = {power: [power * item for item in (first, *rest)] for power in self.powers}
+        total = [functools.reduce(operator.add, rows) for rows in zip(*both.values(), strict=True)]
+        return (*total,) if len(total) == 1 and self.defines("flux") else ()
+
+
+def closing_over(factor):
+    return having(flux=lambda self, q: tuple([factor * u for u in q]), wave_speeds=lambda self, q: (factor, factor))
+
+
+@pytest.mark.parametrize("kind", [Ordinary, closing_over(6.0)])
+def test_ordinary_python_is_accepted_and_gives_the_same_numbers_on_both_backends(kind):
+    wanted = having(flux=lambda self, q: (6.0 * q[0],), wave_speeds=lambda self, q: (6.0, 6.0))
+    for backend in ("numpy", "numba"):
+        ends = [solve(problem(model()), fv.WavePropagation(fv.HLL()), backend=backend).q[-1] for model in (kind, wanted)]
+        np.testing.assert_array_equal(*ends)
+
+
+def test_a_helper_that_is_defined_anew_is_looked_at_anew(monkeypatch):
+    kind = having(flux=lambda self, q: (slope_by_branch(q[0]),))
+    monkeypatch.setitem(globals(), "slope_by_branch", np.abs)
+    problem(kind())
+    monkeypatch.undo()
+    refused(kind, "Changed.flux", "fv.where")
+
+
+@attrs.frozen
+class WithTable(Good):
+    table: tuple[float, ...] = (1.0, 2.0)
+
+    def flux(self, q):
+        return (self.table[0] * q[0],)
+
+
+def test_a_field_that_is_no_number_is_not_seen_since_other_problems_may_change_it():
+    refused(WithTable, "WithTable.flux", "table is neither a parameter of WithTable (factor)")
+
+
+@pytest.mark.parametrize(("flux", "rule"), [
+    (lambda self, q: (None,), "component 0 must be a real number"), (lambda self, q: ("u",), "component 0 must be a real number"),
+    (lambda self, q: q[0], "must return a tuple of 1 components, got one value; write (value,)"),
+    (lambda self, q: (q[0], q[0]), "returns 2 components, 1 are needed"), (lambda self, q: (np.ones(3),), "component 0 has shape (3,)"),
+    (functools.cache(lambda self, q: q), "unhashable"), (3.0, "must be a method, got 3.0")])
+def test_an_answer_that_is_no_tuple_of_components_is_refused(flux, rule):
+    refused(having(flux=flux), "Changed.flux", rule)
+
+
+def test_a_method_that_writes_into_its_arguments_is_refused():
     def flux(self, q):
         (u,) = q
         u *= 2.0
         return (u,)
 
-
-def problem(model, **options):
-    return fv.Problem(model, fv.Grid(0.0, 1.0, 8), lambda x: 1.0 + 0.0 * x[None], 1.0, **options)
-
-
-def line_of(function, text):
-    lines, first = inspect.getsourcelines(function)
-    return first + next(offset for offset, line in enumerate(lines) if text in line)
-
-
-def assert_refused(error, method, rule, function, text=None):
-    """The message names the method, this file, the line (of ``text``, or any of the function's) and the rule."""
-    message = str(error.value)
-    assert method in message
-    assert Path(__file__).name in message
-    assert rule in message
-    lines, first = inspect.getsourcelines(function)
-    named = int(message.split(f"{Path(__file__).name}:")[1].split(")")[0])
-    if text is None:
-        assert first <= named < first + len(lines)
-    else:
-        assert named == line_of(function, text)
-
-
-REFUSED_MODELS = [
-    (IfOnValue, "flux", "fv.where", "if u > 0.0"),
-    (AndOnValues, "wave_speeds", "fv.where", "and (u < 1.0)"),
-    (ConditionalExpression, "flux", "fv.where", "if u > 0.0 else"),
-    (WhileOnValue, "flux", "fv.where", "while u > 1.0"),
-    (ChainedComparison, "flux", "fv.where", "0.0 < u < 1.0"),
-    (UnknownAttribute, "flux", "self.factr is neither a parameter of UnknownAttribute (factor)", "self.factr"),
-    (PlainClassConstant, "flux", "self.constant is neither a parameter", "self.constant"),
-    (BuiltinMaximum, "wave_speeds", "use fv.minimum(a, b)", "min(u, 0.0)"),
-    (ScalarModule, "flux", "use np.sqrt and its like", "math.sin"),
-    (UndefinedName, "flux", "the name factr is not defined", "factr * u"),
-    (GlobalList, "flux", "the global OFFSETS is a list", "OFFSETS"),
-    (from_scope(2.0), "flux", "enclosing scope (factor)", None),
-    (UsesSuper, "flux", "super()", None),
-    (Comprehension, "flux", "no comprehension", None),
-    (GeneratorExpression, "flux", "no comprehension", None),
-    (TooManyComponents, "flux", "returns 2 components, 1 are needed", None),
-    (OneSpeed, "wave_speeds", "returns 1 components, 2 are needed", None),
-    (SumOverCells, "flux", "component 0 has shape (2,)", None),
-    (Stacked, "flux", "component 0 has shape (2, ", None),
-    (MissingTuple, "flux", "must return a tuple of 1 components, got an array of shape", None),
-    (ArrayForTuple, "wave_speeds", "must return a tuple of 2 components, got an array of shape", None),
-    (DecomposeReturnsWavesOnly, "decompose", "pair (waves, speeds)", None),
-    (DecomposeForgetsASpeed, "decompose", "2 waves and 1 speeds", None),
-    (AdmissibleBranches, "admissible", "fv.where", "or u < -1.0"),
-]
-
-
-@pytest.mark.parametrize(
-    ("model", "method", "rule", "text"), REFUSED_MODELS, ids=lambda v: getattr(v, "__name__", None)
-)
-def test_a_model_that_breaks_a_rule_is_refused_by_the_problem_with_method_file_line_and_rule(model, method, rule, text):
-    with pytest.raises(fv.PointwiseError) as error:
-        problem(model())
-    assert_refused(error, f"{model.__name__}.{method}", rule, getattr(model, method), text)
-
-
-@pytest.mark.parametrize(
-    ("model", "method"),
-    [(SumAsFactor, "flux"), (ExtremeOfAllCells, "wave_speeds"), (NeighbourByRoll, "flux")],
-    ids=lambda v: getattr(v, "__name__", None),
-)
-def test_a_method_that_looks_at_more_than_its_own_cell_is_refused(model, method):
-    with pytest.raises(fv.PointwiseError) as error:
-        fv.Problem(model(), fv.Grid(0.0, 1.0, 8), lambda x: 1.0 + x[None], 1.0)
-    assert_refused(error, f"{model.__name__}.{method}", "pointwise", getattr(model, method))
-
-
-@pytest.mark.parametrize("model", [NoneForAComponent, TextForAComponent, ComplexComponent], ids=lambda v: v.__name__)
-def test_a_component_that_is_no_real_number_is_refused(model):
-    with pytest.raises(fv.PointwiseError) as error:
-        problem(model())
-    assert_refused(error, f"{model.__name__}.flux", "component 0", model.flux)
-
-
-def test_a_decorated_method_is_refused_with_its_name():
-    with pytest.raises(fv.PointwiseError, match=r"DecoratedMethod.flux"):
-        problem(DecoratedMethod())
-
-
-def test_a_method_that_writes_into_its_arguments_is_refused():
-    with pytest.raises((fv.PointwiseError, ValueError)):
-        problem(InPlace())
-
-
-@pytest.mark.parametrize(
-    ("model", "helper"), [(HelperBranches, slope_by_branch), (HelperOfHelperBranches, slope_by_branch)]
-)
-def test_a_helper_function_is_examined_and_named_in_its_own_line(model, helper):
-    with pytest.raises(fv.PointwiseError) as error:
-        problem(model())
-    assert_refused(error, helper.__name__, "fv.where", helper, "if u > 0.0")
-
-
-def test_another_method_of_the_model_is_examined_where_it_is_called():
-    with pytest.raises(fv.PointwiseError) as error:
-        problem(MethodBranches())
-    assert_refused(error, "MethodBranches.speed", "fv.where", MethodBranches.speed, "if u > 0.0 else")
-
-
-def test_a_refusal_is_a_type_error():
-    assert issubclass(fv.PointwiseError, TypeError)
-
-
-def test_helpers_number_globals_and_loops_over_components_are_accepted():
-    class Accepted(Good):
-        def flux(self, q):
-            result = []
-            for u in q:
-                result.append(harmless(u) * self.factor)
-            return tuple(result)
-
-    accepted = problem(Accepted())
-    np.testing.assert_array_equal(accepted.model.flux(tuple(accepted.q0))[0], 2.0 * accepted.q0[0])
-
-
-def raises_value_error(u):
-    raise ValueError("my own words")
-
-
-class RaisesValueError(Good):
-    def flux(self, q):
-        return (raises_value_error(q[0]),)
-
-
-class RaisesUserError(Good):
-    def wave_speeds(self, q):
-        raise UserError("no speeds today")
-
-
-def test_a_value_error_of_the_users_flux_passes_through_unchanged():
-    with pytest.raises(ValueError, match=r"^my own words$") as error:
-        problem(RaisesValueError())
-    assert type(error.value) is ValueError
-    assert error.value.__cause__ is None
-
-
-def test_an_exception_type_of_the_user_passes_through_unchanged():
-    with pytest.raises(UserError, match=r"^no speeds today$"):
-        problem(RaisesUserError())
-
-
-def test_an_exception_of_the_users_initial_function_passes_through_unchanged():
-    def initial(x):
-        raise UserError("no data today")
-
-    with pytest.raises(UserError, match=r"^no data today$"):
-        fv.Problem(Good(), fv.Grid(0.0, 1.0, 8), initial, 1.0)
-
-
-class BranchingSolver(fv.RiemannSolver):
-    def solve(self, model, ql, qr, auxl, auxr, jump):
-        speed = model.wave_speeds(ql)[0]
-        if speed > 0.0:
-            return (jump,), (speed,)
-        return (jump,), (-speed,)
-
-
-class AsksForTooMuch(fv.RiemannSolver):
-    def solve(self, model, ql, qr, auxl, auxr, jump):
-        return (jump,), (model.celerity,)
-
-
-class ForgetsSpeeds(fv.RiemannSolver):
-    def solve(self, model, ql, qr, auxl, auxr, jump):
-        return (jump,)
-
-
-class ShortWaves(fv.RiemannSolver):
-    def solve(self, model, ql, qr, auxl, auxr, jump):
-        return ((),), (1.0,)
-
-
-class RaisingSolver(fv.RiemannSolver):
-    def solve(self, model, ql, qr, auxl, auxr, jump):
-        raise UserError("no waves today")
-
-
-REFUSED_SOLVERS = [
-    (BranchingSolver, "fv.where", "if speed > 0.0"),
-    (AsksForTooMuch, "model.celerity is neither a parameter of Good", "model.celerity"),
-    (ForgetsSpeeds, "pair (waves, speeds)", None),
-    (ShortWaves, "returns 0 components, 1 are needed", None),
-]
-
-
-@pytest.mark.parametrize("build", [Stepper, solve])
-@pytest.mark.parametrize(("solver", "rule", "text"), REFUSED_SOLVERS, ids=lambda v: getattr(v, "__name__", None))
-def test_a_riemann_solver_that_breaks_a_rule_is_refused_before_the_first_step(solver, rule, text, build):
-    with pytest.raises(fv.PointwiseError) as error:
-        build(problem(Good()), fv.WavePropagation(solver()))
-    assert_refused(error, f"{solver.__name__}.solve", rule, solver.solve, text)
-
-
-@pytest.mark.parametrize("build", [Stepper, solve])
-def test_an_exception_of_the_users_riemann_solver_passes_through_unchanged(build):
-    with pytest.raises(UserError, match=r"^no waves today$"):
-        build(problem(Good()), fv.WavePropagation(RaisingSolver()))
-
-
-class BranchingLimiter(fv.Limiter):
-    def phi(self, theta, nu):
-        return theta if theta > 0.0 else 0.0
-
-
-class SummingLimiter(fv.Limiter):
-    def phi(self, theta, nu):
-        return np.array([np.sum(theta), 1.0])
-
-
-class TupleLimiter(fv.Limiter):
-    def phi(self, theta, nu):
-        return (theta,)
-
-
-class RaisingLimiter(fv.Limiter):
-    def phi(self, theta, nu):
-        raise UserError("no limit today")
-
-
-@pytest.mark.parametrize("build", [Stepper, solve])
-@pytest.mark.parametrize(("limiter", "rule", "text"), [
-    (BranchingLimiter, "fv.where", "if theta > 0.0 else"),
-    (SummingLimiter, "has shape (2,)", None),
-    (TupleLimiter, "shape", None),
-], ids=lambda v: getattr(v, "__name__", None))
-def test_a_limiter_that_breaks_a_rule_is_refused_before_the_first_step(limiter, rule, text, build):
-    with pytest.raises(fv.PointwiseError) as error:
-        build(problem(Good()), fv.WavePropagation(fv.HLL(), limiter()))
-    assert_refused(error, f"{limiter.__name__}.phi", rule, limiter.phi, text)
-
-
-@pytest.mark.parametrize("build", [Stepper, solve])
-def test_an_exception_of_the_users_limiter_passes_through_unchanged(build):
-    with pytest.raises(UserError, match=r"^no limit today$"):
-        build(problem(Good()), fv.WavePropagation(fv.HLL(), RaisingLimiter()))
-
-
-class BranchingBoundary(fv.BoundaryCondition):
-    def ghost(self, model, q, values):
-        return q if q[0] > 0.0 else values
-
-
-class ShortBoundary(fv.BoundaryCondition):
-    def ghost(self, model, q, values):
-        return ()
-
-
-class RaisingBoundary(fv.BoundaryCondition):
-    def ghost(self, model, q, values):
-        raise UserError("no ghosts today")
-
-
-@pytest.mark.parametrize(("boundary", "rule", "text"), [
-    (BranchingBoundary, "fv.where", "if q[0] > 0.0 else"),
-    (ShortBoundary, "returns 0 components, 1 are needed", None),
-], ids=lambda v: getattr(v, "__name__", None))
-def test_a_boundary_condition_that_breaks_a_rule_is_refused_by_the_problem(boundary, rule, text):
-    with pytest.raises(fv.PointwiseError) as error:
-        problem(Good(), boundary=(fv.Outflow(), boundary()))
-    assert_refused(error, f"{boundary.__name__}.ghost", rule, boundary.ghost, text)
-
-
-def test_an_exception_of_the_users_boundary_condition_passes_through_unchanged():
-    with pytest.raises(UserError, match=r"^no ghosts today$"):
-        problem(Good(), boundary=RaisingBoundary())
+    with pytest.raises(ValueError, match="read-only"):
+        problem(having(flux=flux)())
 
 
 @attrs.frozen
-class Decay(fv.Source):
-    rate_constant: float = 1.0
+class Pair(fv.Model):
+    """Two components, of which the first is a mass."""
 
+    conserved = ("h", "m")
+    aux = ("b",)
+    phases = (((0,), 1),)
+
+    def flux(self, q):
+        return q
+
+    def wave_speeds(self, q):
+        return 1.0, 1.0
+
+
+@attrs.frozen
+class Keeping(fv.Source):
     def step(self, model, q, aux, dt):
-        (u,) = q
-        return (u * np.exp(-self.rate_constant * dt),)
+        return q
 
     def rate(self, model, q, aux):
-        (u,) = q
-        return (-self.rate_constant * u,)
+        return 0.0 * q[0], 0.0 * q[1]
 
 
-class BranchingStep(Decay):
-    def step(self, model, q, aux, dt):
-        (u,) = q
-        return (u if u > 0.0 else 0.0 * u,)
+class Copying(fv.BoundaryCondition):
+    def ghost(self, model, q, values):
+        return q
 
 
-class BareRate(Decay):
-    def rate(self, model, q, aux):
-        (u,) = q
-        return -u
+TABLES = [(Pair, questions.MODEL, {}), (Keeping, questions.SOURCE, "sources"), (Copying, questions.BOUNDARY, "boundary")]
 
 
-class WrongAttribute(Decay):
-    def rate(self, model, q, aux):
-        (u,) = q
-        return (-self.decay * u,)
+@pytest.mark.parametrize(("base", "asked", "place"), [(base, one, place) for base, table, place in TABLES for one in table],
+                         ids=lambda value: getattr(value, "name", ""))
+def test_every_question_is_asked_by_the_problem_which_names_an_answer_of_another_form(base, asked, place):
+    answer = (1.0, 2.0) if asked.answers == "number" else (1.0, 2.0, 3.0)
+    code = f"lambda self, {', '.join(name.split()[0] + str(k) for k, name in enumerate(asked.takes))}: {answer}"
+    wrong = having(base, **{asked.name: eval(code)})()
+    with pytest.raises(fv.PointwiseError, match=rf"^Changed\.{asked.name} .*(must return|components)"):
+        problem(wrong) if base is Pair else problem(Pair(), **{place: wrong})
 
 
-class RaisingSource(Decay):
-    def step(self, model, q, aux, dt):
-        raise UserError("no decay today")
+@pytest.mark.parametrize(("answer", "rule"), [(lambda jump: (jump,), "pair (waves, speeds)"), (lambda jump: ((jump, jump), (1.0,)), "2 waves and 1 speeds"),
+                                              (lambda jump: (((),), (1.0,)), "wave 0: returns 0 components, 1 are needed")])
+def test_waves_come_with_their_speeds(answer, rule):
+    kind = having(decompose=lambda self, ql, qr, auxl, auxr, jump: answer(jump))
+    refused(kind, "Changed.decompose", rule)
+    solver = having(fv.RiemannSolver, "Own", solve=lambda self, model, ql, qr, auxl, auxr, jump: answer(jump))
+    refused(lambda: Stepper(problem(Good()), fv.WavePropagation(solver())), "Own.solve", rule)
 
 
-class ChoosySource(Decay):
-    def check(self, model):
-        raise ValueError(f"ChoosySource cannot act on {type(model).__name__}")
+def test_a_plug_in_adds_questions_of_its_own():
+    asked = (*fv.Model.questions, questions.Question("head", ("q", "height"), "number", "weirs"))
+    problem(having(questions=asked, head=lambda self, q, height: q[0] + height)())
+    refused(having(questions=asked, head=lambda self, q, height: q), "Changed.head", "must return one value")
 
 
-@pytest.mark.parametrize(("source", "method", "rule", "text"), [
-    (BranchingStep, "step", "fv.where", "if u > 0.0 else"),
-    (BareRate, "rate", "must return a tuple of 1 components", None),
-    (WrongAttribute, "rate", "self.decay is neither a parameter of WrongAttribute (rate_constant)", "self.decay"),
-], ids=lambda v: getattr(v, "__name__", None))
-def test_a_source_that_breaks_a_rule_is_refused_by_the_problem(source, method, rule, text):
-    with pytest.raises(fv.PointwiseError) as error:
-        problem(Good(), sources=source())
-    assert_refused(error, f"{source.__name__}.{method}", rule, getattr(source, method), text)
+@pytest.mark.parametrize("build", [Stepper, solve])
+@pytest.mark.parametrize(("base", "method", "answer", "rule"), [
+    (fv.RiemannSolver, "solve", lambda self, model, ql, qr, auxl, auxr, jump: ((jump,), (max(model.wave_speeds(ql)[0], 0.0),)), "fv.where"),
+    (fv.RiemannSolver, "solve", lambda self, model, ql, qr, auxl, auxr, jump: ((jump,), (model.celerity,)), "celerity is neither a parameter of Good"),
+    (fv.Limiter, "phi", lambda self, theta, nu: theta if theta > 0.0 else 0.0, "fv.where"),
+    (fv.Limiter, "phi", lambda self, theta, nu: (theta,), "must return one value and no tuple"),
+    (fv.Reconstruction, "right", lambda self, a, b, c, d, e: np.mean(c), "np.mean")])
+def test_a_part_of_a_scheme_that_breaks_a_rule_is_refused_before_the_first_step(base, method, answer, rule, build):
+    part = having(base, "Own", **{method: answer})()
+    scheme = {fv.RiemannSolver: lambda: fv.WavePropagation(part), fv.Limiter: lambda: fv.WavePropagation(fv.HLL(), part),
+              fv.Reconstruction: lambda: fv.MethodOfLines(fv.HLL(), part)}[base]()
+    refused(lambda: build(problem(Good()), scheme), f"Own.{method}", rule)
 
 
-def test_an_exception_of_the_users_source_passes_through_unchanged():
-    with pytest.raises(UserError, match=r"^no decay today$"):
-        problem(Good(), sources=RaisingSource())
+def test_a_solver_that_needs_whole_arrays_is_not_traced():
+    def solver(self, model, ql, qr, auxl, auxr, jump):
+        return (jump,), (np.full(np.shape(jump[0]), float(np.max(ql[0])) if np.size(ql[0]) else 1.0),)
+
+    whole = having(fv.RiemannSolver, "Whole", compilable=False, solve=solver)
+    assert solve(problem(Good()), fv.WavePropagation(whole(), order=1), backend="numpy").success
+
+
+@pytest.mark.parametrize("build", [
+    lambda: problem(having(flux=fails)()), lambda: problem(having(wave_speeds=fails)()),
+    lambda: fv.Problem(Good(), fv.Grid(0.0, 1.0, 8), fails, 1.0), lambda: problem(Pair(), sources=having(Keeping, step=fails)()),
+    lambda: problem(Good(), boundary=having(Copying, ghost=fails)()),
+    lambda: Stepper(problem(Good()), fv.WavePropagation(having(fv.RiemannSolver, solve=fails)())),
+    lambda: Stepper(problem(Good()), fv.WavePropagation(fv.HLL(), having(fv.Limiter, phi=fails)()))])
+def test_what_the_users_own_code_raises_passes_through_unchanged(build):
+    with pytest.raises(UserError, match=r"^not today$") as error:
+        build()
+    assert error.value.__cause__ is None
+
+
+def test_a_type_error_of_the_users_own_passes_through_unchanged():
+    def flux(self, q):
+        raise TypeError("my own words")
+
+    with pytest.raises(TypeError, match=r"^my own words$") as error:
+        problem(having(flux=flux)())
+    assert type(error.value) is TypeError
+    assert issubclass(fv.PointwiseError, TypeError)
 
 
 def test_a_source_refuses_a_model_in_its_own_words():
-    with pytest.raises(ValueError, match=r"^ChoosySource cannot act on Good$"):
-        problem(Good(), sources=ChoosySource())
+    with pytest.raises(UserError, match=r"^not today$"):
+        problem(Pair(), sources=having(Keeping, check=fails)())
 
 
-def test_a_users_source_acts_in_the_run():
-    solution = solve(problem(Good(), sources=Decay(2.0), boundary=fv.Periodic()), fv.WavePropagation(fv.HLL()))
-    np.testing.assert_allclose(solution.q[-1], np.exp(-2.0), rtol=1e-13)
-
-
-def test_a_model_without_components_is_refused():
-    class Nameless(Good):
-        conserved = ()
-
-    with pytest.raises(ValueError, match=r"`conserved` of Nameless"):
-        problem(Nameless())
-
-
-def test_a_model_that_lacks_a_required_method_cannot_be_made():
-    class NoSpeeds(fv.Model):
-        conserved = ("u",)
-
-        def flux(self, q):
-            return q
-
+def test_a_model_without_components_or_without_a_required_method_is_refused():
+    with pytest.raises(ValueError, match=r"`conserved` of Changed"):
+        problem(having(conserved=())())
     with pytest.raises(TypeError, match=r"wave_speeds"):
-        NoSpeeds()
+        having(fv.Model, conserved=("u",), flux=lambda self, q: q)()

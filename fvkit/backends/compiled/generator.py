@@ -21,6 +21,7 @@ from fvkit.backends.compiled.loops import SPARE, TILE, Row
 from fvkit.backends.kernel import deepness
 from fvkit.backends.march import FILM, MICRO
 from fvkit.backends.plan import Plan
+from fvkit.pointwise.contract import users
 from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme, Stage
@@ -243,7 +244,7 @@ def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_
     Raises
     ------
     Untraceable
-        With the method, file and line of the pointwise code that only whole arrays can run.
+        With function, file and line of a stage of a scheme that only whole arrays can run.
     """
     generator = Generator(problem, scheme, parts, plan, varies)
     pieces, blocks, rows = [_located(generator.tile), _located(generator.ghosts)], generator.blocks, generator.rows
@@ -258,15 +259,12 @@ def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_
 
 
 def _located(build: Callable[[], list[str]]) -> list[str]:
-    """Run a part of the generator; name method, file and line where pointwise code cannot be traced."""
+    """Run a part of the generator; name function, file and line of a stage of the user's own that cannot be traced."""
     try:
         return build()
     except Untraceable as error:
-        trace, frames = error.__traceback__, []
-        while trace is not None:
-            frames.append((trace.tb_frame.f_code, trace.tb_lineno))
-            trace = trace.tb_next
-        users = [(code, line) for code, line in frames if "/fvkit/backends/" not in code.co_filename.replace("\\", "/")]
-        code, line = users[-1] if users else frames[-1]
-        raise Untraceable(f"{code.co_qualname} ({code.co_filename}:{line}): {error}; "
-                          'backend="numpy" runs it as it is') from None
+        found = users(error)
+        if found is None:
+            raise
+        code, line = found
+        raise Untraceable(f'{code.co_qualname} ({code.co_filename}:{line}): {error}; backend="numpy" runs it as it is') from None
