@@ -26,7 +26,7 @@ carries momentum, which shallow water misses too: it presses like P = phi (1-phi
 Friction at the bed slows the solid alone, which makes a slip of R (T - tau)/(K T) at most, that goes into F to make G; and in
 shallow water it acts without buoyancy, H = 0.3 h T (R_sw - R_red), at most half of the speed. The speed is that of linear waves.
 
-All derived here; the numbers 0.7, 0.4, 0.6, 0.3 and the half are fitted to random scenes (`fvkit advise --validate`).
+All derived here; the numbers 0.7, 0.4, 0.6, 0.3 and the half are fitted to random scenes (tests/tools/advice_validation.py).
 """
 
 import math

@@ -11,9 +11,9 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.pointwise import weighted
 from fvkit.problem.cell_averages import cell_averages
-from fvkit_granular.stress.random_runs import run_random
-from fvkit_granular.stress.random_scenes import draw
 from tests.cases import GRANULAR, Stepper, name_of, solve
+from tests.tools.random_draws import draw
+from tests.tools.random_runs import run_random
 
 SOLVERS = (gr.Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov())
 

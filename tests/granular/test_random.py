@@ -1,4 +1,4 @@
-"""`fvkit stress --random`: what is drawn, how runs are judged, the report; and a small size of the whole."""
+"""`tests.tools.random_scenes`: what is drawn, how runs are judged, the report; and a small size of the whole."""
 
 import csv
 import json
@@ -12,12 +12,12 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.backends import BACKENDS
 from fvkit.backends.compiled.numba_kernel import available
-from fvkit.cli import main
 from fvkit_granular.models.registry import MODELS, RIEMANN
-from fvkit_granular.stress import random_runs, random_stress
-from fvkit_granular.stress.known_limits import COLLAPSES, known_collapses
-from fvkit_granular.stress.random_runs import ROUNDING, pairs, plan, run_random
-from fvkit_granular.stress.random_scenes import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
+from tests.tools import random_runs
+from tests.tools.random_draws import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
+from tests.tools.random_limits import COLLAPSES, known_collapses
+from tests.tools.random_runs import ROUNDING, pairs, plan, random_stress, run_random
+from tests.tools.random_scenes import main
 
 #: Indices of one turn through classes, settings and bottoms.
 TURN = len(CLASSES) * len(SETTINGS) * len(BOTTOMS)
@@ -168,20 +168,21 @@ def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_pat
         (line,) = csv.DictReader(file)
     assert (line["model"], line["problems"]) == ("shallow-water", "24")
     assert (kept / "report.png").stat().st_size > 5000
-    told = next(line for line in report.summary().splitlines() if line.startswith("  fvkit"))
+    told = next(line for line in report.summary().splitlines() if line.startswith("  python"))
     first = report.rows[0]["odd"][0]
     assert told.split("  # ")[1].startswith(f"max_steps: {first['class']}")
     words = shlex.split(told, comments=True)
-    assert words == ["fvkit", "stress", "--random", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
+    assert words == ["python", "-m", "tests.tools.random_scenes", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
                      "--riemann", "hll", "--orders", "1"]
-    assert main([*words[1:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
+    assert main([*words[3:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
     assert "0 finished, 1 collapsed, 0 broken" in capsys.readouterr().out
 
 
 def test_the_command_refuses_what_it_cannot_run(tmp_path, capsys):
-    for arguments, told in ((["--orders", "3"], "--orders"), (["--models", "two-phases"], "did you mean two-phase"),
+    for arguments, told in ((["--orders", "3"], "--orders"), (["--models", "two-phases"], "two-phase"),
                             (["--models", "pitman-le", "--riemann", "roe"], "does not serve pitman-le"), (["--first", "-1"], "--first")):
-        assert main(["stress", "--random", "8", *arguments, "--out", str(tmp_path)]) == 2
+        with pytest.raises(SystemExit, match="2"):
+            main(["8", *arguments, "--out", str(tmp_path)])
         assert told in capsys.readouterr().err
 
 
@@ -196,7 +197,7 @@ def test_known_shares_are_explained():
 @pytest.mark.parametrize(("model", "riemann", "order"), [
     ("two-phase", "roe", 2), ("reduced", "hll", 2), ("pitman-le", "relaxation", 1), ("two-layer", "rusanov", 1)])
 def test_random_scenes_end_with_a_name_and_lose_nothing(model, riemann, order):
-    """The small size of `fvkit stress --random 20000`: three turns through every class, setting and bottom."""
+    """The small size of `python -m tests.tools.random_scenes 20000`: three turns through every class, setting and bottom."""
     assert riemann in RIEMANN
     row = random_runs._row((model, riemann, order), [run_random(model, riemann, order, 7, 0, 3 * TURN)])
     assert row["problems"] == 3 * TURN

@@ -15,10 +15,10 @@ from fvkit.run.interruption import keeping
 from fvkit.run.progress import Progress, counter
 from fvkit.studies.report import environment
 from fvkit_granular.stress.checks import Check
-from fvkit_granular.stress.known_limits import FEW, known_collapses
-from fvkit_granular.stress.random_report import RandomReport
-from fvkit_granular.stress.random_scenes import SETTINGS, RandomScene, random_scene, setting_of
 from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
+from tests.tools.random_draws import SETTINGS, RandomScene, random_scene, setting_of
+from tests.tools.random_limits import FEW, known_collapses
+from tests.tools.random_report import RandomReport
 
 #: Steps that a run would take with the length of its first one.
 NOMINAL = 60
@@ -182,7 +182,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
 
     Parameters
     ----------
-    count : scenes for each model, solver and order: classes, settings and bottoms in turn, see `draws`.
+    count : scenes for each model, solver and order: classes, settings and bottoms in turn, see `random_draws`.
     seed : the same seed gives the same scenes.
     models, riemann : names; all by default. Pairs that do not fit are left out.
     orders : any of 1, 2 and 5, which is `fvkit.MethodOfLines` as it comes.
@@ -193,7 +193,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     Returns
     -------
     RandomReport
-        ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `limits.COLLAPSES` knows.
+        ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `random_limits.COLLAPSES` knows.
 
     Raises
     ------
