@@ -156,7 +156,7 @@ def _find(name: Any, module: Any, place: str) -> type:
     """The class of that name: of that module, the last defined; or of any module if there is but one."""
     found = [kind for kind in _known() if kind.__name__ == name]
     if not found:
-        for plugin in entry_points(group="fvkit.cli"):
+        for plugin in entry_points(group="fvkit.commands"):
             plugin.load()
         found = [kind for kind in _known() if kind.__name__ == name]
     exact = [kind for kind in found if kind.__module__ == module]
