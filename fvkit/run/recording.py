@@ -81,7 +81,7 @@ class Stream(Frames):
             raise ValueError(f"`stream` must end in .nc, got {target.name!r}: frames are appended to a netCDF file")
         from fvkit.output.netcdf import Writer
 
-        nothing = Stats(0, 0, 0, 0.0, 0.0, 0.0, "none", 0, 0, {})
+        nothing = Stats(0, 0, 0, 0.0, 0.0, 0.0, "none", 0, {})
         kept = effective(problem, scheme, nothing, Status.INTERRUPTED, "the process ended before the run did")
         self._open = partial(Writer, target, problem.model, problem.grid, problem.aux_averages, problem.q0, kept)
         self._writer: Writer | None = None

@@ -10,7 +10,6 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends import BACKENDS
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit_granular.models.registry import MODELS, RIEMANN
 from tests.tools import random_runs
@@ -58,46 +57,20 @@ def test_the_ranges_are_those_that_are_promised():
     assert sum((scene.flow[0] == 0.0).any() for scene in islands) > 0.05 * len(islands)
 
 
-@pytest.mark.parametrize("backend", [name for name in BACKENDS[1:] if name != "numba" or available()])
+@pytest.mark.skipif(not available(), reason="only compiled code is shared")
 @pytest.mark.parametrize("setting", range(len(SETTINGS)), ids=list(SETTINGS))
-@pytest.mark.parametrize("high", [False, True])
-def test_a_stepper_with_other_numbers_runs_as_a_new_one_would_to_the_bit(setting, high, backend):
-    if high and setting != 1:
-        pytest.skip("one kernel of the method of lines shows it")
-    model, scheme = (gr.ShallowWater, fv.MethodOfLines(fv.HLL())) if high else (gr.TwoPhase, fv.WavePropagation(fv.Roe()))
-    problem = random_scene(1, 8 * setting).problem(model)
-    other = random_scene(1, 8 * setting + 24 * 3 + 4).changes(model)
-    ways = [fv.Stepper(problem, scheme, backend, "ignore").again(problem.again(**other)),
-            fv.Stepper(fv.Problem(grid=problem.grid, t_end=problem.t_end, boundary=problem.boundary, **other), scheme, backend,
-                       "ignore")]
-    for way in ways:
-        way.run(1e3, 20)
-    assert ways[0].steps == 20
-    assert np.array_equal(ways[0].q, ways[1].q)
-    assert ways[0].t == ways[1].t
+def test_scenes_that_share_code_run_as_each_alone_to_the_bit(setting):
+    scenes = [random_scene(1, 8 * setting + shift).problem(gr.TwoPhase) for shift in (0, 24 * 3 + 4)]
+    scenes.append(attrs.evolve(scenes[1], aux={}))
 
+    def ran(problem):
+        stepper = fv.Stepper(problem, fv.WavePropagation(fv.Roe()), "numba", "ignore")
+        stepper.run(1e3, 20)
+        return stepper.t, stepper.q.tobytes()
 
-def test_other_numbers_are_checked_and_other_kinds_refused():
-    problem = random_scene(1, 0).problem(gr.TwoPhase)
-    stepper = fv.Stepper(problem, fv.WavePropagation(fv.HLL()), "numpy")
-    with pytest.raises(ValueError, match="must have hs >= 0"):
-        problem.again(initial=-problem.q0)
-    with pytest.raises(ValueError, match="kinds of parts"):
-        problem.again(sources=gr.ConstantDrag(1.0))
-    with pytest.raises(ValueError, match="changes"):
-        problem.again(t_end=1.0)
-    with pytest.raises(ValueError, match="same kinds"):
-        stepper.again(random_scene(1, 8).problem(gr.TwoPhase))
-    with pytest.raises(ValueError, match="60 cells"):
-        stepper.again(fv.Problem(problem.model, fv.Grid(0.0, 1.0, 30), problem.q0[:, ::2], 1.0, {"b": 1.0}, fv.Wall()))
-
-
-@pytest.mark.skipif(not available(), reason="only compiled code is made for a flat bottom")
-def test_compiled_code_for_a_flat_bottom_refuses_another():
-    problem = random_scene(1, 0).problem(gr.ShallowWater)
-    flat = problem.again(aux={})
-    with pytest.raises(ValueError, match="0 everywhere"):
-        fv.Stepper(flat, fv.WavePropagation(fv.HLL()), "numba").again(problem)
+    with random_runs.code_kept():
+        shared = [ran(problem) for problem in scenes]
+    assert shared == [ran(problem) for problem in scenes]
 
 
 def test_pairs_and_plan():
