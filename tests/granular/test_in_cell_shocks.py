@@ -7,8 +7,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.exact import rarefaction_fans, two_phase_riemann
-from fvkit_granular.exact import path_sensitivity
+from fvkit_granular.exact import path_sensitivity, rarefaction_fans, two_phase_riemann
 from tests.cases import PSystem, name_of, rest_bottom, solve
 
 R1 = (3.0, 0.7, -1.4, 0.3), (2.0, 0.4, -0.9, -0.1)
