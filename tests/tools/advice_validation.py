@@ -89,7 +89,7 @@ def friction(rng: Random) -> Scene:
     """A dam break that slides with Coulomb friction."""
     scene, nu = dam(rng), rng.uniform(0.05, 0.4)
     return Scene(scene.interval, scene.t_end, scene.initial, boundary=Outflow(), gamma=scene.gamma, name="friction",
-                 sources=(scene.sources, CoulombFriction(float(nu))))
+                 sources=(*scene.sources, CoulombFriction(float(nu))))
 
 
 def dry(rng: Random) -> Scene:
