@@ -43,7 +43,7 @@ def add_command(commands: Any, name: str, run: Command, summary: str, example: s
 
 
 def build_parser() -> Parser:
-    """Return the parser with the commands of all installed plug-ins (entry points ``fvkit.cli``)."""
+    """Return the parser with the commands of all installed plug-ins (entry points ``fvkit.commands``)."""
     parser = Parser(prog="fvkit", description="Finite volumes for hyperbolic systems: run scenes, compare solvers.",
                     epilog="example:\n  fvkit compare riemann", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"fvkit {__version__}")

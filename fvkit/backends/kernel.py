@@ -56,12 +56,6 @@ class Kernel(ABC):
         if problem.background_averages is not None:
             self._add_background(problem.background_averages)
 
-    def again(self, problem: Problem, parts: Parts) -> "Kernel":
-        """Return the kernel of a problem with parts of the same kinds and as many cells; ValueError where it needs other code."""
-        if problem.grid.num_cells != self.cells:
-            raise ValueError(f"`problem` must have {self.cells} cells, got {problem.grid.num_cells}: make a new Stepper")
-        return type(self)(problem, self.scheme, parts)
-
     def padded(self, q: np.ndarray) -> np.ndarray:
         """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
         result = np.zeros((q.shape[0], self.cells + 2 * self.halo))

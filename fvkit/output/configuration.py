@@ -146,6 +146,8 @@ def _array(items: tuple[Any, ...], name: str) -> np.ndarray:
 def _instance(data: Mapping[str, Any], name: str) -> Any:
     kind = _find(data[CLASS], data.get(MODULE), name)
     fields = {key: _build(item, f"{name}.{key}") for key, item in data.items() if key not in (CLASS, MODULE)}
+    if kind is Stats:  # files of before 0.1.0 count more
+        fields = {key: fields[key] for key in fields.keys() & attrs.fields_dict(Stats).keys()}
     try:
         return kind(**fields)
     except (TypeError, ValueError) as error:

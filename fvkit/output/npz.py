@@ -78,19 +78,16 @@ class Archive:
     def _read(self, archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> np.ndarray:
         with archive.open(entry) as file:
             try:
-                read_header = _HEADERS[npy.read_magic(file)]
-                shape, fortran, dtype = read_header(file)
+                shape, _, dtype = _HEADERS[npy.read_magic(file)](file)
             except (ValueError, KeyError, TypeError, SyntaxError, TokenError, RecursionError, MemoryError) as error:
                 raise self.refused(f"its entry {entry.filename!r} is no array ({validation.shown(error)})") from None
-            if dtype.hasobject or dtype.kind not in "biufU":
-                raise self.refused(f"its entry {entry.filename!r} holds {dtype}: numbers and texts alone are read")
-            content = file.read()
-        if prod(shape) * dtype.itemsize != len(content):
-            raise self.refused(f"its entry {entry.filename!r} declares shape {shape} of {dtype}, but has {len(content)} bytes")
-        result = np.empty(shape, dtype, order="F" if fortran else "C")
-        if content:
-            result.reshape(-1, order="A")[:] = np.frombuffer(content, dtype)
-        return result
+            size = entry.file_size - file.tell()
+        if dtype.hasobject or dtype.kind not in "biufU":
+            raise self.refused(f"its entry {entry.filename!r} holds {dtype}: numbers and texts alone are read")
+        if prod(shape) * dtype.itemsize != size or min(shape, default=0) < 0:
+            raise self.refused(f"its entry {entry.filename!r} declares shape {shape} of {dtype}, but has {size} bytes")
+        with archive.open(entry) as file:  # from its start: after a seek zipfile compares no checksum
+            return npy.read_array(file, allow_pickle=False)
 
     def _get(self, name: str) -> np.ndarray:
         if name not in self.arrays:

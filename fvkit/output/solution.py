@@ -57,10 +57,6 @@ class Solution:
         """How far the speeds are from turning complex at output ``i``, (num_cells,): negative where they are."""
         return self.model.hyperbolicity_margin(self.q[i])
 
-    def hyperbolicity_map(self) -> np.ndarray:
-        """`hyperbolicity_margin` of every output, (k, num_cells): where and when the problem is ill-posed."""
-        return np.array([self.model.hyperbolicity_margin(q) for q in self.q])
-
     def save(self, path: str | Path) -> Path:
         """Write everything to a file that `fvkit.load` reads bit for bit; an existing file survives any failure.
 

@@ -40,7 +40,6 @@ class Stats:
     seconds, compile_seconds : wall time of the stepping, and of compilation.
     max_cfl : largest Courant number of an accepted step.
     backend : the one that ran.
-    repaired_cells : cells whose negative mass was set to zero (never in silence).
     nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
     nonhyperbolic_films : those of them on both sides of which the flow is shallower than 5 cm.
     deepest_nonhyperbolic : depth of the deepest of them, m, to a micrometre; 0 for models that name no depth.
@@ -56,7 +55,6 @@ class Stats:
     compile_seconds: float
     max_cfl: float
     backend: str
-    repaired_cells: int
     nonhyperbolic_faces: int
     mass_drift: dict[str, float]
     nonhyperbolic_films: int = 0

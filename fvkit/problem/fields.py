@@ -91,11 +91,6 @@ class Field:
         return not (callable(self.given) and takes_time(self.given))
 
     @property
-    def layout(self) -> tuple[int, str, int | None]:
-        """What code made for it depends on."""
-        return self.position, self.name, self.components
-
-    @property
     def size(self) -> int:
         """The number of its rows."""
         return self.components or 1
@@ -132,11 +127,6 @@ def varying_over(grid: Grid, sources: Sequence[Any], components: int, t: float) 
     for field in found:
         field.at(t)
     return found
-
-
-def layout(found: Sequence[Field]) -> list[tuple[int, str, int | None]]:
-    """Return what code made for fields depends on."""
-    return [field.layout for field in found]
 
 
 def averages(found: Sequence[Field], t: float) -> np.ndarray:

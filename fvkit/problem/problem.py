@@ -1,7 +1,6 @@
 """`Problem`: what is solved, with no word about how."""
 
 from collections.abc import Callable, Mapping
-from copy import copy
 from typing import Any
 
 import attrs
@@ -12,7 +11,7 @@ from fvkit.pointwise import contract
 from fvkit.problem import answers, questions
 from fvkit.problem.boundary import BoundaryCondition, Outflow
 from fvkit.problem.cell_averages import cell_averages
-from fvkit.problem.fields import Field, layout, varying_over, with_numbers
+from fvkit.problem.fields import Field, varying_over, with_numbers
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, aux_rows
 from fvkit.problem.sources import Source
@@ -47,14 +46,6 @@ def source_list(sources: Any) -> tuple[Source, ...]:
     """Return the sources of one or several, checked."""
     given = tuple(sources) if isinstance(sources, (tuple, list)) else (sources,)
     return tuple(validation.instance(source, "sources", Source, "such as gr.ConstantDrag(D=1.0)") for source in given)
-
-
-def _varying(problem: "Problem") -> str:
-    return ", ".join(f"{field.alias} of source {field.position}" for field in problem.fields) or "nothing"
-
-
-def _names(kinds: tuple[type, ...]) -> str:
-    return ", ".join(kind.__name__ for kind in kinds)
 
 
 @attrs.frozen(eq=False)
@@ -115,43 +106,6 @@ class Problem:
     fields: tuple[Field, ...] = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
-        self._prepare()
-        self._check_contract()
-
-    def again(self, **changes: Any) -> "Problem":
-        """Return the problem with other numbers: what `fvkit.Stepper.again` runs without tracing or compiling anything.
-
-        All checks of values are made; those of the pointwise contract are not, since no part is of another kind.
-
-        Parameters
-        ----------
-        changes : any of ``model``, ``initial``, ``aux``, ``boundary`` and ``sources``, as for `Problem`, of the same kinds.
-
-        Raises
-        ------
-        ValueError, TypeError
-            As for `Problem`, and where a part is of another kind.
-        """
-        result = copy(self)
-        for name, value in changes.items():
-            validation.choice(name, "changes", ("model", "initial", "aux", "boundary", "sources"))
-            converter: Any = getattr(attrs.fields(Problem), name).converter
-            object.__setattr__(result, name, value if converter is None else converter(value))
-        if result.kinds() != self.kinds():
-            raise ValueError(f"`changes` may change numbers, not kinds of parts: these are {_names(self.kinds())}, got "
-                             f"{_names(result.kinds())}; build a new Problem")
-        result._prepare()
-        if layout(result.fields) != layout(self.fields):
-            raise ValueError(f"`changes` may change what varies over the grid, not what does: here it is {_varying(self)}, got "
-                             f"{_varying(result)}; build a new Problem")
-        return result
-
-    def kinds(self) -> tuple[type, ...]:
-        """The classes of model, boundaries and sources, in this order."""
-        return tuple(type(part) for part in (self.model, *self.boundary, *self.sources))
-
-    def _prepare(self) -> None:
-        """Check and average what was given."""
         validation.instance(self.model, "model", Model)
         validation.instance(self.grid, "grid", Grid)
         if not self.t_end > self.t_start:
@@ -168,6 +122,7 @@ class Problem:
             validation.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
             for side, left in zip(self.boundary, (True, False), strict=True)))
         object.__setattr__(self, "fields", varying_over(self.grid, self.sources, len(self.model.conserved), self.t_start))
+        self._check_contract()
 
     def _average_aux(self) -> dict[str, np.ndarray]:
         validation.mapping(self.aux, "aux", "{'b': function}")

@@ -80,7 +80,7 @@ class NetcdfStream(Snapshots):
     def __init__(self, path: Path, problem: Problem, scheme: Scheme) -> None:
         from fvkit.output.netcdf import Writer
 
-        nothing = Stats(0, 0, 0, 0.0, 0.0, 0.0, "none", 0, 0, {})
+        nothing = Stats(0, 0, 0, 0.0, 0.0, 0.0, "none", 0, {})
         kept = effective(problem, scheme, nothing, Status.INTERRUPTED, "the process ended before the run did")
         self._open = partial(Writer, path, problem.model, problem.grid, problem.aux_averages, problem.q0, kept)
         self._writer: Writer | None = None

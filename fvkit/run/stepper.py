@@ -3,22 +3,20 @@
 import time as clock
 import warnings
 from collections.abc import Mapping
-from copy import copy
 from typing import NoReturn
 
 import numpy as np
 
 from fvkit import validation
-from fvkit.backends import BACKENDS, Kernel, March, Outcome, backend_for, make_kernel, threads_for
+from fvkit.backends import BACKENDS, March, Outcome, backend_for, make_kernel, threads_for
 from fvkit.backends.march import FILM, MICRO
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import CHUNK
 from fvkit.problem import answers
-from fvkit.problem.fields import layout
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.run.step_length import Step
-from fvkit.schemes.fitting import assemble, parts_of
+from fvkit.schemes.fitting import assemble
 from fvkit.schemes.scheme import Scheme
 
 #: More steps than any run takes.
@@ -68,43 +66,9 @@ class Stepper:
         self.threads = threads_for(threads, problem, self.scheme, backend)
         self._asked = parts.model
         self.length = Step() if step is None else validation.instance(step, "step", Step, "such as fv.Step(dt_max=0.1)")
-        self._start(make_kernel(backend, problem, self.scheme, parts, self.threads))
-
-    def again(self, problem: Problem) -> "Stepper":
-        """Return a stepper at the start of a problem with other numbers, see `Problem.again`: nothing is traced or compiled.
-
-        It runs what a new ``Stepper(problem, ...)`` would, bit for bit, and starts some ten times sooner.
-
-        Parameters
-        ----------
-        problem : of the same kinds of parts, with as many cells; given functions that were 0 everywhere still are.
-
-        Raises
-        ------
-        ValueError
-            Where the problem needs other code.
-        """
-        if problem.kinds() != self.problem.kinds() or problem.background is not None or self.problem.background is not None:
-            raise ValueError("`problem` must have the same kinds of model, boundaries and sources, and no background: "
-                             "make a new Stepper")
-        if layout(problem.fields) != layout(self.problem.fields):
-            raise ValueError("`problem` must have sources of which the same numbers vary over the grid: make a new Stepper")
-        result = copy(self)
-        result.problem = problem
-        parts = parts_of(problem, self.scheme)
-        if type(parts.model) is not type(self._asked):
-            raise ValueError("`problem` must have a flux that is convex around its initial state if that of this stepper is, and "
-                             "else none: make a new Stepper")
-        result._asked = parts.model
-        result._start(self._kernel.again(problem, parts))
-        return result
-
-    def _start(self, kernel: Kernel) -> None:
-        """Stand at the start of the problem, with its kernel."""
-        problem = self.problem
-        self._kernel = kernel
+        kernel = self._kernel = make_kernel(backend, problem, self.scheme, parts, self.threads)
         first = min(self._first_dt(), self.length.dt_initial or np.inf)
-        self._march = March(self._kernel.padded(problem.q0), problem.t_start, first, len(self._kernel.mass_rows),
+        self._march = March(kernel.padded(problem.q0), problem.t_start, first, len(kernel.mass_rows),
                             stop_when_lost=self.nonhyperbolic == "raise", bounds=self.length.bounds)
         self._march.dt = self._march.bounded(first)
         self._breaks = sorted({t for end in problem.ends for t in end.breaks()})
@@ -323,6 +287,6 @@ class Stepper:
         change = self.q[kernel.mass_rows].sum(axis=1) * grid.dx - start - through - brought
         scale = [mass or start.sum() or 1.0 for mass in start]
         return Stats(march.steps, march.rejected, grid.num_cells * (march.steps + march.rejected), self._seconds,
-                     kernel.compile_seconds, march.max_cfl, kernel.name, 0, march.lost,
+                     kernel.compile_seconds, march.max_cfl, kernel.name, march.lost,
                      {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)}, march.films,
                      march.deepest / MICRO, dict(zip(names, brought.tolist(), strict=True)))

@@ -22,7 +22,7 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
     """Return the scheme, the default where None, and its parts, checked against the problem."""
     validation.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else validation.instance(scheme, "scheme", Scheme)
-    parts = parts_of(problem, chosen)
+    parts = _parts_of(problem, chosen)
     check_parts(problem, parts)
     chosen.splitting.check()
     if chosen.time_integrator is not None:
@@ -31,7 +31,7 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
     return chosen, parts if problem.background is None else chosen.around(parts)
 
 
-def parts_of(problem: Problem, scheme: Scheme) -> Parts:
+def _parts_of(problem: Problem, scheme: Scheme) -> Parts:
     """Return the parts of a scheme for a problem, whose sources know where their `fields` stand."""
     parts, found = _parts_for_model(problem, scheme), problem.fields
     if not found:

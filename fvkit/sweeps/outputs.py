@@ -31,7 +31,7 @@ REDUCTIONS: dict[str, Callable[[Solution, str, np.ndarray], float]] = {
 OUTPUTS = "names` of outputs to `keep"
 
 #: Statistics of a run that may be kept.
-STATS = ("steps", "rejected", "seconds", "max_cfl", "nonhyperbolic_faces", "repaired_cells")
+STATS = ("steps", "rejected", "seconds", "max_cfl", "nonhyperbolic_faces")
 
 
 def _known(names: Iterable[str]) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.problem.cell_averages import levelled
+from fvkit.problem.model import Model
 from fvkit.problem.questions import Question
 
 QUANTITIES = {

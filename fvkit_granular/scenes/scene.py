@@ -6,13 +6,11 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import Grid, Model, Outflow, Problem, Source, validation
+from fvkit import Grid, Model, Outflow, Problem, validation
 from fvkit.problem.problem import boundary_pair, source_list
 from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import Flow, conserved, over_ground, whole_flow
-from fvkit_granular.scenes.reference import (
-    Reference,
-)
+from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import warn_of_steep_ground
 
@@ -55,8 +53,8 @@ class Scene:
         stand for h: h = max(surface - bottom, 0), in cells that are dry in part over their mean bottom, so that a lake is at rest
         on every grid (a change of its volume by O(dx^2), at shores alone). Use it rather than max(level - b(x), 0).
     bottom : height b of the bottom, m: function of x, cell averages, or number.
-    boundary : one boundary condition, or (left, right).
-    sources : a source or a sequence of them. Drag is left out for models with one velocity.
+    boundary : one boundary condition, or (left, right); kept as the pair.
+    sources : a source or a sequence of them; kept as a tuple. Drag is left out for models with one velocity.
     g : gravity, m/s^2.
     gamma : density ratio fluid/solid in (0, 1).
     reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
@@ -68,8 +66,8 @@ class Scene:
     t_end: float = attrs.field(converter=lambda value: validation.real(value, "t_end", above=0.0))
     initial: Flow = attrs.field(converter=_flow, repr=False)
     bottom: Any = attrs.field(default=0.0, repr=False)
-    boundary: Any = attrs.field(factory=Outflow, validator=lambda scene, field, value: boundary_pair(value))
-    sources: Any = attrs.field(default=(), validator=lambda scene, field, value: source_list(value))
+    boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
+    sources: Any = attrs.field(default=(), converter=source_list)
     g: float = validation.number(9.81, above=0.0)
     gamma: float = validation.number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
     reference: Reference | Callable[["Scene"], Reference] | None = attrs.field(
@@ -101,8 +99,7 @@ class Scene:
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
         grid = Grid(*self.interval, cells)
-        sources = tuple(source for source in self.given_sources()
-                        if not (isinstance(source, Source) and source.between_phases and len(chosen.phases) < 2))
+        sources = tuple(source for source in self.sources if len(chosen.phases) > 1 or not source.between_phases)
         result = Problem(chosen, grid, conserved(chosen, self.initial, self.height), self.t_end,
                          aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
         self._refuse_gaps(grid.centers)
@@ -128,15 +125,6 @@ class Scene:
             lower, upper = self.interval
             b = b[np.clip((x - lower) / (upper - lower) * b.size, 0, b.size - 1).astype(int)]
         return np.broadcast_to(b, np.shape(x))
-
-    def given_sources(self) -> tuple[Any, ...]:
-        """Return the sources, also where there is one or none."""
-        return tuple(self.sources) if isinstance(self.sources, (tuple, list)) else (self.sources,)
-
-    def sides(self) -> tuple[Any, Any]:
-        """Return the boundary conditions (left, right)."""
-        left, right = self.boundary if isinstance(self.boundary, (tuple, list)) else (self.boundary, self.boundary)
-        return left, right
 
     def known_reference(self) -> Reference | None:
         """Return the reference, made now if the scene only knows how to make it; None if there is none."""

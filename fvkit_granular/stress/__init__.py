@@ -1,8 +1,6 @@
 """`stress`: every hard scene with every model, solver, order and backend, each run judged by what must hold."""
 
-from fvkit_granular.stress.random_report import RandomReport
-from fvkit_granular.stress.random_runs import random_stress
 from fvkit_granular.stress.report import StressReport
 from fvkit_granular.stress.suite import stress
 
-__all__ = ["RandomReport", "StressReport", "random_stress", "stress"]
+__all__ = ["StressReport", "stress"]

@@ -111,7 +111,7 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     state = sampled(scene)
     numbers = indicators(scene, state)
     speed = np.maximum(np.abs(state["vs"]), np.abs(state["vf"]))
-    slope = within_reach(state["b"], state["x"][1] - state["x"][0], state["h"], speed, scene.g, scene.sides())
+    slope = within_reach(state["b"], state["x"][1] - state["x"][0], state["h"], speed, scene.g, scene.boundary)
     beyond, rougher = _warnings(scene, state, numbers, slope)
     model = "two-phase" if beyond else decide(numbers.reduced, numbers.shallow, tol)
     grid = resolution(scene, state, numbers, two_phase=model == "two-phase")
@@ -138,7 +138,7 @@ def decide(reduced: float, shallow: float, tol: float) -> str:
 def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
               slope: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return what takes the ground away on which the prediction was validated, and what only makes it rougher."""
-    sources, sides = scene.given_sources(), scene.sides()
+    sources, sides = scene.sources, scene.boundary
     friction = [source for source in sources if isinstance(source, BasalFriction)]
     reached = numbers.speed * (1.0 + numbers.froude) * scene.t_end / (scene.interval[1] - scene.interval[0])
     uneven = float(np.ptp(state["b"])) / numbers.depth

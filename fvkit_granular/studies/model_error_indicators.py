@@ -26,7 +26,7 @@ carries momentum, which shallow water misses too: it presses like P = phi (1-phi
 Friction at the bed slows the solid alone, which makes a slip of R (T - tau)/(K T) at most, that goes into F to make G; and in
 shallow water it acts without buoyancy, H = 0.3 h T (R_sw - R_red), at most half of the speed. The speed is that of linear waves.
 
-All derived here; the numbers 0.7, 0.4, 0.6, 0.3 and the half are fitted to random scenes (`fvkit advise --validate`).
+All derived here; the numbers 0.7, 0.4, 0.6, 0.3 and the half are fitted to random scenes (tests/tools/advice_validation.py).
 """
 
 import math
@@ -150,7 +150,7 @@ def around(x: np.ndarray, values: np.ndarray, y: float, period: float | None = N
 
 def period_of(scene: Scene) -> float | None:
     """Return the length of a periodic interval, m; None where its ends are others."""
-    return scene.interval[1] - scene.interval[0] if scene.sides()[0].reads == "opposite" else None
+    return scene.interval[1] - scene.interval[0] if scene.boundary[0].reads == "opposite" else None
 
 
 def _rate(scene: Scene, phi: float, slip: float) -> float:
@@ -158,7 +158,7 @@ def _rate(scene: Scene, phi: float, slip: float) -> float:
     if not 0.0 < phi < 1.0:
         return 0.0
     model: Any = scene.model(TwoPhase)
-    drag = sum(float(law.bounded(model, phi, slip)) for law in scene.given_sources() if isinstance(law, Drag))
+    drag = sum(float(law.bounded(model, phi, slip)) for law in scene.sources if isinstance(law, Drag))
     return drag * float(drag_rate(phi, 1.0 - phi, scene.gamma))
 
 
@@ -166,7 +166,7 @@ def _friction(scene: Scene, state: dict[str, np.ndarray], wet: np.ndarray, a: fl
               tau: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the slip that friction makes, and the excess of velocity of shallow water for want of its buoyancy, m/s."""
     x, time, period = state["x"], scene.t_end, period_of(scene)
-    laws = [law for law in scene.given_sources() if isinstance(law, BasalFriction)]
+    laws = [law for law in scene.sources if isinstance(law, BasalFriction)]
     if not laws:
         return np.zeros_like(x), np.zeros_like(x)
     rho = state["phi"] + scene.gamma * (1.0 - state["phi"])

@@ -107,7 +107,7 @@ class SceneRun:
 
     def names(self, scene: Scene, model: Model) -> list[str]:
         """Return the parameters that a call may have, without those of the scheme."""
-        sources = scene.given_sources()
+        sources = scene.sources
         return [*self._arguments(), *PHYSICS, *(f"initial.{name}" for name in FLOW), "cells", "model",
                 *(f"model.{name}" for name in model.parameter_names()),
                 *dict.fromkeys(f"sources.{name}" for source in sources for name in source.parameter_names()), "scheme.cfl"]
@@ -127,7 +127,7 @@ class SceneRun:
                    for name in FLOW if f"initial.{name}" in left}
         if factors:
             changes["initial"] = partial(_scaled, scene, factors)
-        sources = list(scene.given_sources())
+        sources = list(scene.sources)
         for name in [name for name in left if name.startswith("sources.")]:
             _change_source(sources, name, left.pop(name))
         return attrs.evolve(scene, sources=tuple(sources), **changes)

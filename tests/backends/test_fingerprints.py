@@ -7,8 +7,8 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.stress.random_scenes import setting_of
 from tests.granular.fingerprints import FILE, TOLERANCE, distance, fingerprint, scene_of
+from tests.tools.random_draws import setting_of
 
 pytest.importorskip("numba")
 KEPT = json.loads(FILE.read_text(encoding="utf-8"))

@@ -72,17 +72,6 @@ def test_a_run_goes_on_bit_for_bit(tmp_path, backend):
     assert again.stats.entered_by_sources == whole.stats.entered_by_sources
 
 
-def test_other_numbers_need_no_new_code(backend):
-    """`again` runs what a new stepper would, bit for bit, with other fields."""
-    first = manufactured(50)
-    other = first.again(sources=fv.Forcing(lambda x, t: [np.cos(K * x + t), 0.0 * x]), initial=lambda x: exact(x, 0.3))
-    stepper = fv.Stepper(first, WAVE, backend).again(other)
-    stepper.advance(0.1)
-    fresh = fv.Stepper(attrs.evolve(other), WAVE, backend)
-    fresh.advance(0.1)
-    np.testing.assert_array_equal(stepper.q, fresh.q)
-
-
 def test_forcing_in_the_rates_of_the_scheme():
     """`rhs` has the rates of sources at its own time."""
     problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 10), np.ones((1, 10)), 1.0, boundary=fv.Periodic(),
@@ -163,10 +152,6 @@ def test_wrong_fields_are_refused():
         attrs.evolve(manufactured(100), sources=fv.Forcing(lambda x: x))
     with pytest.raises(ValueError, match=r"`rate` must be a function of x or of \(x, t\), or have shape \(num_eqn, num_cells\), got"):
         fv.Forcing([1.0, 2.0])
-    with pytest.raises(ValueError, match="here it is nothing, got k of source 0; build a new Problem"):
-        decaying(1.0).again(sources=Decay(lambda x: x))
-    with pytest.raises(ValueError, match="the same numbers vary over the grid: make a new Stepper"):
-        fv.Stepper(decaying(1.0), fv.WavePropagation(fv.Roe())).again(decaying(lambda x: x))
 
 
 def test_a_field_that_leaves_its_range_later_ends_the_run(backend):

@@ -610,7 +610,7 @@ def test_the_statistics_describe_the_run():
     assert stats.cell_updates == 50 * stats.steps
     assert stats.seconds > 0.0
     assert stats.ns_per_cell_step == pytest.approx(1e9 * stats.seconds / stats.cell_updates)
-    assert stats.repaired_cells == stats.nonhyperbolic_faces == 0
+    assert stats.nonhyperbolic_faces == 0
 
 
 def test_the_mass_drift_accounts_for_what_flows_through_the_ends():

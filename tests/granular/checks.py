@@ -144,7 +144,6 @@ def check_masses_stay_positive(model, scheme):
         stepper = steps(problem, scheme, 40)
         assert np.isfinite(stepper.q).all(), (left, right, step)
         assert stepper.q[[0, 2]].min() >= 0.0, (left, right, step)
-        assert stepper.stats().repaired_cells == 0
 
 
 def two_layers(model, above, below):

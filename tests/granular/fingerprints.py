@@ -14,8 +14,8 @@ import attrs
 import numpy as np
 
 from fvkit import Stepper
-from fvkit_granular.stress.random_runs import HIGH, MODELS, pairs, scheme_of
-from fvkit_granular.stress.random_scenes import CELLS, random_scene
+from tests.tools.random_draws import CELLS, random_scene
+from tests.tools.random_runs import HIGH, MODELS, pairs, scheme_of
 
 FILE = Path(__file__).with_name("fingerprints.json")
 SEED, SCENES = 20, 8

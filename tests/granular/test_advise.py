@@ -9,21 +9,13 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import main
-from fvkit_granular.studies.advice_validation import (
-    KINDS,
-    MEANT,
-    Measured,
-    decisions,
-    model_errors,
-    quality,
-    random_scene,
-    report,
-    validate,
-)
+from fvkit_granular.cli.advise import model_errors
 from fvkit_granular.studies.advise import decide
 from fvkit_granular.studies.grid_error_estimate import resolution
 from fvkit_granular.studies.model_error_indicators import indicators, lasting, sampled, spreading
 from tests.cases import solve
+from tests.tools import advice_validation
+from tests.tools.advice_validation import KINDS, MEANT, Measured, decisions, quality, random_scene, report, validate
 
 
 def scene(**changes):
@@ -224,15 +216,14 @@ def test_the_command_advises_and_checks(capsys):
     assert "grid error of reduced there, second order: estimated" in out
 
 
-def test_the_command_validates(capsys):
-    assert main(["advise", "--validate", "4", "--cells", "20", "--backend", "numpy"]) == 0
+def test_the_validation_prints_its_tables(capsys):
+    assert advice_validation.main(["4", "--cells", "20", "--backend", "numpy"]) == 0
     assert "decisions with doubled indicators" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (["advise"], "give a SCENE, or --validate N"), (["advise", "rest", "--validate", "9"], "give a SCENE"),
+    (["advise"], "SCENE"),
     (["advise", "riemannn"], "did you mean riemann?"), (["advise", "rest", "--tol", "-1"], "`tol` must be"),
-    (["advise", "--validate", "1"], "`--validate` must be >= 4"),
 ])
 def test_mistakes_are_one_line(arguments, words, capsys):
     assert main(arguments) == 2

@@ -156,7 +156,6 @@ def test_masses_and_mixture_momentum_are_kept(riemann, order):
 def test_fronts_that_leave_or_meet_a_wall_lose_no_mass(riemann, boundary):
     problem = two_sides(*R2, cells=60, half=0.4, t_end=0.5, boundary=boundary)
     stats = solve(problem, marking(riemann)).stats
-    assert stats.repaired_cells == 0
     assert max(map(abs, stats.mass_drift.values())) < 1e-13
 
 

@@ -14,7 +14,6 @@ from fvkit.pointwise.polynomial import polynomial
 from fvkit.schemes.stages.cell_polynomial import romberg
 from fvkit_granular.exact import hump, rarefaction_fans, simple_wave, two_phase_riemann
 from fvkit_granular.models import reduced, shallow_water, two_masses
-from fvkit_granular.stress.random_scenes import draw
 from tests.cases import (
     GRANULAR,
     SOLVERS,
@@ -30,6 +29,7 @@ from tests.cases import (
     spectral_averages,
     two_phase_forces,
 )
+from tests.tools.random_draws import draw
 
 EVERY = (*GRANULAR, gr.PitmanLe(), gr.TwoLayer())
 RECONSTRUCTIONS = (fv.MP5(), fv.WENO5(), fv.MUSCL())

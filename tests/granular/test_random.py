@@ -1,4 +1,4 @@
-"""`fvkit stress --random`: what is drawn, how runs are judged, the report; and a small size of the whole."""
+"""`tests.tools.random_scenes`: what is drawn, how runs are judged, the report; and a small size of the whole."""
 
 import csv
 import json
@@ -10,14 +10,13 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends import BACKENDS
 from fvkit.backends.compiled.numba_kernel import available
-from fvkit.cli import main
 from fvkit_granular.models.registry import MODELS, RIEMANN
-from fvkit_granular.stress import random_runs, random_stress
-from fvkit_granular.stress.known_limits import COLLAPSES, known_collapses
-from fvkit_granular.stress.random_runs import ROUNDING, pairs, plan, run_random
-from fvkit_granular.stress.random_scenes import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
+from tests.tools import random_runs
+from tests.tools.random_draws import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
+from tests.tools.random_limits import COLLAPSES, known_collapses
+from tests.tools.random_runs import ROUNDING, pairs, plan, random_stress, run_random
+from tests.tools.random_scenes import main
 
 #: Indices of one turn through classes, settings and bottoms.
 TURN = len(CLASSES) * len(SETTINGS) * len(BOTTOMS)
@@ -58,46 +57,20 @@ def test_the_ranges_are_those_that_are_promised():
     assert sum((scene.flow[0] == 0.0).any() for scene in islands) > 0.05 * len(islands)
 
 
-@pytest.mark.parametrize("backend", [name for name in BACKENDS[1:] if name != "numba" or available()])
+@pytest.mark.skipif(not available(), reason="only compiled code is shared")
 @pytest.mark.parametrize("setting", range(len(SETTINGS)), ids=list(SETTINGS))
-@pytest.mark.parametrize("high", [False, True])
-def test_a_stepper_with_other_numbers_runs_as_a_new_one_would_to_the_bit(setting, high, backend):
-    if high and setting != 1:
-        pytest.skip("one kernel of the method of lines shows it")
-    model, scheme = (gr.ShallowWater, fv.MethodOfLines(fv.HLL())) if high else (gr.TwoPhase, fv.WavePropagation(fv.Roe()))
-    problem = random_scene(1, 8 * setting).problem(model)
-    other = random_scene(1, 8 * setting + 24 * 3 + 4).changes(model)
-    ways = [fv.Stepper(problem, scheme, backend, "ignore").again(problem.again(**other)),
-            fv.Stepper(fv.Problem(grid=problem.grid, t_end=problem.t_end, boundary=problem.boundary, **other), scheme, backend,
-                       "ignore")]
-    for way in ways:
-        way.run(1e3, 20)
-    assert ways[0].steps == 20
-    assert np.array_equal(ways[0].q, ways[1].q)
-    assert ways[0].t == ways[1].t
+def test_scenes_that_share_code_run_as_each_alone_to_the_bit(setting):
+    scenes = [random_scene(1, 8 * setting + shift).problem(gr.TwoPhase) for shift in (0, 24 * 3 + 4)]
+    scenes.append(attrs.evolve(scenes[1], aux={}))
 
+    def ran(problem):
+        stepper = fv.Stepper(problem, fv.WavePropagation(fv.Roe()), "numba", "ignore")
+        stepper.run(1e3, 20)
+        return stepper.t, stepper.q.tobytes()
 
-def test_other_numbers_are_checked_and_other_kinds_refused():
-    problem = random_scene(1, 0).problem(gr.TwoPhase)
-    stepper = fv.Stepper(problem, fv.WavePropagation(fv.HLL()), "numpy")
-    with pytest.raises(ValueError, match="must have hs >= 0"):
-        problem.again(initial=-problem.q0)
-    with pytest.raises(ValueError, match="kinds of parts"):
-        problem.again(sources=gr.ConstantDrag(1.0))
-    with pytest.raises(ValueError, match="changes"):
-        problem.again(t_end=1.0)
-    with pytest.raises(ValueError, match="same kinds"):
-        stepper.again(random_scene(1, 8).problem(gr.TwoPhase))
-    with pytest.raises(ValueError, match="60 cells"):
-        stepper.again(fv.Problem(problem.model, fv.Grid(0.0, 1.0, 30), problem.q0[:, ::2], 1.0, {"b": 1.0}, fv.Wall()))
-
-
-@pytest.mark.skipif(not available(), reason="only compiled code is made for a flat bottom")
-def test_compiled_code_for_a_flat_bottom_refuses_another():
-    problem = random_scene(1, 0).problem(gr.ShallowWater)
-    flat = problem.again(aux={})
-    with pytest.raises(ValueError, match="0 everywhere"):
-        fv.Stepper(flat, fv.WavePropagation(fv.HLL()), "numba").again(problem)
+    with random_runs.code_kept():
+        shared = [ran(problem) for problem in scenes]
+    assert shared == [ran(problem) for problem in scenes]
 
 
 def test_pairs_and_plan():
@@ -168,20 +141,21 @@ def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_pat
         (line,) = csv.DictReader(file)
     assert (line["model"], line["problems"]) == ("shallow-water", "24")
     assert (kept / "report.png").stat().st_size > 5000
-    told = next(line for line in report.summary().splitlines() if line.startswith("  fvkit"))
+    told = next(line for line in report.summary().splitlines() if line.startswith("  python"))
     first = report.rows[0]["odd"][0]
     assert told.split("  # ")[1].startswith(f"max_steps: {first['class']}")
     words = shlex.split(told, comments=True)
-    assert words == ["fvkit", "stress", "--random", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
+    assert words == ["python", "-m", "tests.tools.random_scenes", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
                      "--riemann", "hll", "--orders", "1"]
-    assert main([*words[1:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
+    assert main([*words[3:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
     assert "0 finished, 1 collapsed, 0 broken" in capsys.readouterr().out
 
 
 def test_the_command_refuses_what_it_cannot_run(tmp_path, capsys):
-    for arguments, told in ((["--orders", "3"], "--orders"), (["--models", "two-phases"], "did you mean two-phase"),
+    for arguments, told in ((["--orders", "3"], "--orders"), (["--models", "two-phases"], "two-phase"),
                             (["--models", "pitman-le", "--riemann", "roe"], "does not serve pitman-le"), (["--first", "-1"], "--first")):
-        assert main(["stress", "--random", "8", *arguments, "--out", str(tmp_path)]) == 2
+        with pytest.raises(SystemExit, match="2"):
+            main(["8", *arguments, "--out", str(tmp_path)])
         assert told in capsys.readouterr().err
 
 
@@ -196,7 +170,7 @@ def test_known_shares_are_explained():
 @pytest.mark.parametrize(("model", "riemann", "order"), [
     ("two-phase", "roe", 2), ("reduced", "hll", 2), ("pitman-le", "relaxation", 1), ("two-layer", "rusanov", 1)])
 def test_random_scenes_end_with_a_name_and_lose_nothing(model, riemann, order):
-    """The small size of `fvkit stress --random 20000`: three turns through every class, setting and bottom."""
+    """The small size of `python -m tests.tools.random_scenes 20000`: three turns through every class, setting and bottom."""
     assert riemann in RIEMANN
     row = random_runs._row((model, riemann, order), [run_random(model, riemann, order, 7, 0, 3 * TURN)])
     assert row["problems"] == 3 * TURN

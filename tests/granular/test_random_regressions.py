@@ -1,11 +1,11 @@
 """What random scenes found, by name: each run ends in a collapse of the step that has a name, a whole state, and all its mass.
 
-None is repaired: where one of them finishes one day, its line goes, and `fvkit_granular.stress.known_limits.COLLAPSES` gets smaller.
+None is repaired: where one of them finishes one day, its line goes, and `tests.tools.random_limits.COLLAPSES` gets smaller.
 """
 
 import pytest
 
-from fvkit_granular.stress.random_runs import COLLAPSED, run_random
+from tests.tools.random_runs import COLLAPSED, run_random
 
 FOUND = {
     # Pitman and Le's product drives thin fluid at fronts without bound.

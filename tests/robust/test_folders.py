@@ -6,7 +6,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.cli import FAILED, MISTAKE, SUCCESS, main
+from fvkit.cli import MISTAKE, SUCCESS, main
 from fvkit.problem.teaching_models import Burgers
 
 RUN = ["run", "riemann", "--cells", "20"]
@@ -41,15 +41,6 @@ def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(c
         (out / name).write_text("mine")
     assert main([*command, "--out", str(out)]) == SUCCESS
     assert {name for name in names(out) if not name.startswith("fresh")} == names(out / "fresh") | set(own)
-
-
-def test_stress_and_random_stress_do_not_leave_files_of_each_other(here):
-    random = ["stress", "--random", "8", "--models", "shallow-water", "--riemann", "hll", "--orders", "1", "--workers", "1"]
-    assert main(random) in (SUCCESS, FAILED)
-    assert main(["stress", "toe", "--backends", "numpy", "--workers", "1"]) == SUCCESS
-    assert names(here / "fvkit-stress") == {"stress.json", "stress.txt", "stress.png"}
-    assert main(random) in (SUCCESS, FAILED)
-    assert names(here / "fvkit-stress") == {"report.json", "report.csv", "report.png"}
 
 
 @pytest.mark.parametrize("listed", [["../kept.png"], ["notes.txt"], [3], "kept.png", None])
@@ -87,7 +78,7 @@ def test_a_film_makes_its_folder(here, monkeypatch):
     ([*COMPARE, "--plot-axes", "steps", "error.pressure"], [], "--plot-axes"), ([*COMPARE, "--plot-axes", "steps", "error"], [], "--plot-axes"),
     (["convergence", "riemann", "--out", "out"], ["out/convergence.png"], "convergence.png"),
     (["sweep", "s.toml", "--out", "out"], ["out/sweep.csv"], "sweep.csv"), (["bench", "--out", "out"], ["out/bench.json"], "bench.json"),
-    (["stress", "--out", "out"], ["out/stress.txt"], "stress.txt"), (["stress", "--random", "8", "--out", "out"], ["out/report.csv"], "report.csv"),
+    (["stress", "--out", "out"], ["out/stress.txt"], "stress.txt"),
     *[([*command, "--out", "file"], [], "`--out` must be a folder") for command in
       (RUN, COMPARE, ["convergence", "riemann"], ["sweep", "s.toml"], ["bench"], ["stress"])]])
 def test_every_path_is_tried_before_the_computation(command, folders, said, here, monkeypatch, capsys):
@@ -100,9 +91,8 @@ def test_every_path_is_tried_before_the_computation(command, folders, said, here
     def computed(*_, **__):
         raise AssertionError("a computation began")
 
-    for name in ("cli.solve", "cli.compare", "cli.bench", "convergence_command.convergence", "sweep_command.sweep",
-                 "stress.command.stress", "stress.command.random_stress"):
-        monkeypatch.setattr(f"fvkit_granular.{name}", computed)
+    for name in ("run.solve", "compare.compare", "bench.bench", "convergence.convergence", "sweep.sweep", "stress.stress"):
+        monkeypatch.setattr(f"fvkit_granular.cli.{name}", computed)
     assert main(command) == MISTAKE
     error = capsys.readouterr().err
     assert said in error

@@ -20,8 +20,9 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import INTERRUPTED, main
 from fvkit.files import Unreadable
-from fvkit_granular.stress import random_runs, suite
-from fvkit_granular.studies import advice_validation, bench
+from fvkit_granular.stress import suite
+from fvkit_granular.studies import bench
+from tests.tools import advice_validation, random_runs
 
 RIEMANN = gr.scene("riemann")
 COMPARE = partial(gr.compare, RIEMANN, [gr.TwoPhase], [fv.Roe()], cells=(10, 20, 40), repeats=1)
@@ -29,10 +30,10 @@ ORDER = partial(fv.convergence, partial(RIEMANN.problem, gr.TwoPhase), None, (10
 SWEEP = partial(fv.sweep, gr.SceneRun("riemann", cells=20), {"gamma": [0.3, 0.4, 0.5, 0.6]}, workers=1)
 #: Studies that run in this process: the module that solves, the study, the run that is interrupted, runs or parts that are done.
 STUDIES = {
-    "compare": ("fvkit_granular.compare", COMPARE, 4, lambda report: len(report.rows) == 2),  # the first run is the warm-up
+    "compare": ("fvkit_granular.studies.compare", COMPARE, 4, lambda report: len(report.rows) == 2),  # the first run is the warm-up
     "convergence": ("fvkit.studies.convergence", ORDER, 3, lambda found: found.runs == (10, 20)),
     "sweep": ("fvkit_granular.studies.scene_run", SWEEP, 3, lambda found: list(found.status) == ["finished"] * 2 + ["interrupted"] * 2),
-    "validate": ("fvkit_granular.studies.advice_validation", partial(advice_validation.validate, 4, cells=10), 14, lambda rows: len(rows) == 2),
+    "validate": ("fvkit_granular.cli.advise", partial(advice_validation.validate, 4, cells=10), 14, lambda rows: len(rows) == 2),
 }
 
 
@@ -93,7 +94,7 @@ def test_a_conformance_suite_does_not_count_ctrl_c_as_a_failed_check():
 
 @pytest.mark.parametrize(("command", "module", "number", "written"), [
     (["compare", "riemann", "--models", "two-phase", "--riemann", "roe", "--cells", "10", "20", "--repeats", "1", "--plot-axes",
-      "steps", "error.h"], "fvkit_granular.compare", 3, "report.json"),
+      "steps", "error.h"], "fvkit_granular.studies.compare", 3, "report.json"),
     (["convergence", "riemann", "--cells", "10", "20", "40"], "fvkit.studies.convergence", 3, "convergence.json")])
 def test_a_command_writes_what_was_done_and_ends_with_130(command, module, number, written, monkeypatch, tmp_path, capsys):
     interrupted_in_run(number, module, monkeypatch)
@@ -103,11 +104,10 @@ def test_a_command_writes_what_was_done_and_ends_with_130(command, module, numbe
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
-@pytest.mark.parametrize("arguments", [["--random", "100000"], ["--full", "--backends", "numpy"]])
-def test_one_ctrl_c_ends_stress_and_its_processes(arguments, tmp_path):
+def test_one_ctrl_c_ends_stress_and_its_processes(tmp_path):
     code = f"import sys; sys.path[:0] = {[entry for entry in sys.path if entry]!r}; from fvkit.cli import main; sys.exit(main())"
-    process = subprocess.Popen([sys.executable, "-c", code, "stress", *arguments, "--workers", "2", "--out", str(tmp_path)],
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen([sys.executable, "-c", code, "stress", "--full", "--backends", "numpy", "--workers", "2", "--out",
+                                str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     limit = time.monotonic() + 60.0
     while len(started := children.read_text().split()) < 2 and time.monotonic() < limit:

@@ -6,7 +6,6 @@ import threading
 import time
 import types
 import warnings
-from copy import copy
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
@@ -67,16 +66,6 @@ class NumbaKernel(Kernel):
         self.compile_seconds = time.perf_counter() - started
         self._rows = source.rows
         self._prepare(problem, parts)
-
-    def again(self, problem: Problem, parts: Parts) -> "NumbaKernel":
-        result = copy(self)
-        Kernel.__init__(result, problem, self.scheme, parts)
-        result.compile_seconds = 0.0
-        if result.cells != self.cells or result._varies() != self._varies():
-            raise ValueError(f"`problem` must have {self.cells} cells as before, and given functions that are 0 everywhere where "
-                             "those before were: make a new Stepper")
-        result._prepare(problem, parts)
-        return result
 
     def _varies(self) -> list[bool]:
         """Which given functions are not zero everywhere, at all times."""

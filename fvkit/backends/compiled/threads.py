@@ -41,9 +41,6 @@ class ThreadedKernel(StepwiseKernel):
         self._shares = [(begin, end, self._kernel.scratch()) for begin, end in pairwise(cuts)]
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fvkit")
 
-    def again(self, problem: Problem, parts: Parts) -> "ThreadedKernel":
-        return ThreadedKernel(problem, self.scheme, parts, len(self._shares))
-
     def trial(self, march: March, dt: float) -> Trial:
         kernel, splitting = self._kernel, self.scheme.splitting
         if not self.steady_fields:

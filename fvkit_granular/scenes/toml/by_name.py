@@ -94,9 +94,9 @@ class BuiltInReference:
 def differences(one: Scene, other: Scene) -> list[str]:
     """Return which parts of the physics of two scenes differ, judged at ``POINTS`` points; times and names do not count."""
     found = [name for name in ("interval", "g", "gamma") if getattr(one, name) != getattr(other, name)]
-    if one.sides() != other.sides():
+    if one.boundary != other.boundary:
         found.append("boundary")
-    if one.given_sources() != other.given_sources():
+    if one.sources != other.sources:
         found.append("sources")
     if "interval" not in found:
         x = np.linspace(*one.interval, POINTS)

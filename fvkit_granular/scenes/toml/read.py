@@ -50,7 +50,7 @@ def find_scene(text: str) -> Scene:
     Raises
     ------
     ValueError
-        For an unknown name or a mistake in the file, with the line.
+        For an unknown name or a mistake in the file, with the key.
     FileNotFoundError
         Where there is no such file.
     """
@@ -81,7 +81,7 @@ def load_scene(path: str | Path) -> Scene:
     Raises
     ------
     ValueError
-        For a mistake, with file, line and nearest match.
+        For a mistake, with file, key and nearest match.
     FileNotFoundError
         Where there is no such file.
     """

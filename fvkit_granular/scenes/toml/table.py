@@ -1,10 +1,12 @@
-"""TOML files whose mistakes are told with file, line and nearest match."""
+"""TOML files whose mistakes are told with file, key and nearest match."""
 
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +14,13 @@ import attrs
 
 from fvkit import validation
 from fvkit_granular.csv_table import text_of
-from fvkit_granular.scenes.toml.positions import Place, key_lines
 
 #: Larger files are refused, bytes: Python reads about 1 MB of TOML in a second.
 LARGEST = 1_000_000
 
 
 class TomlError(ValueError):
-    """A mistake in a TOML file; the message names the file and, where it is known, the line."""
+    """A mistake in a TOML file; the message names the file and the key, such as `sources[1].nu`."""
 
 
 @attrs.frozen(eq=False)
@@ -29,14 +30,12 @@ class Table:
     Parameters
     ----------
     path : the file, as it was named.
-    lines : {place: line}, see `key_lines`.
-    place : of this table.
+    place : of this table: names of keys, and indices in lists.
     data : its keys and values.
     """
 
     path: Path
-    lines: Mapping[Place, int] = attrs.field(repr=False)
-    place: Place = ()
+    place: tuple[str | int, ...] = ()
     data: Mapping[str, Any] = attrs.field(factory=dict)
 
     def only(self, allowed: Iterable[str]) -> "Table":
@@ -46,19 +45,13 @@ class Table:
             if key not in known:
                 nearest = _nearest(key, known)
                 hint = f"did you mean `{nearest}`? " if nearest else ""
-                raise self.error(f"unknown key `{validation.one_line(key)}`; {hint}allowed: {', '.join(known)}", key)
+                raise self.error(f"unknown key `{validation.one_line(key)}`; {hint}allowed: {', '.join(known)}")
         return self
 
     def error(self, message: str, *inside: str | int) -> TomlError:
         """Return the error of a mistake in this table, or at a key in it."""
-        return TomlError(f"{self.path}, line {self.line(*inside)}: {message}")
-
-    def line(self, *inside: str | int) -> int:
-        """Return the line of a key in this table, or of what it stands in."""
-        place = (*self.place, *inside)
-        while place not in self.lines:
-            place = place[:-1]
-        return self.lines[place]
+        steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in (*self.place, *inside))
+        return TomlError(f"{self.path}, {key}: {message}" if (key := "".join(steps)[1:]) else f"{self.path}: {message}")
 
     @contextmanager
     def located(self, *inside: str | int) -> Iterator[None]:
@@ -68,13 +61,14 @@ class Table:
         except TomlError:
             raise
         except (ValueError, TypeError, OSError, OverflowError) as error:
-            named = [word for word in re.findall(r"`(\w+)", str(error)) if (*self.place, *inside, word) in self.lines]
+            here = reduce(getitem, inside, self.data)  # type: ignore[arg-type]
+            named = [word for word in re.findall(r"`(\w+)", str(error)) if isinstance(here, dict) and word in here]
             raise self.error(str(error), *inside, *named[:1]) from None
 
     def need(self, key: str) -> Any:
         """Return the value of a key, or raise where it is missing."""
         if key not in self.data:
-            raise self.error(f"the key `{key}` is missing" + (f" in [{'.'.join(map(str, self.place))}]" if self.place else ""))
+            raise self.error(f"the key `{key}` is missing")
         return self.data[key]
 
     def text(self, key: str, default: str | None = None) -> str:
@@ -140,8 +134,7 @@ def read_toml(path: str | Path) -> Table:
     place = validation.file(path, "path")
     text = toml_text(place)
     try:
-        data = tomllib.loads(text)  # first: positions mean nothing in what is no TOML
-        return Table(place, key_lines(text), (), data)
+        return Table(place, (), tomllib.loads(text))
     except RecursionError:
         raise TomlError(f"{place} is nested too deeply") from None
     except ValueError as error:

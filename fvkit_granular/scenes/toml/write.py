@@ -38,10 +38,10 @@ def scene_text(scene: Scene) -> str:
     if bottom:
         lines.append(f"bottom = {bottom}")
     lines += ["", "[initial]", *_initial(scene, same)]
-    left, right = scene.sides()
+    left, right = scene.boundary
     sides = {"both": left} if left == right else {"left": left, "right": right}
     lines += ["", "[boundary]", *(f"{key} = {_side(side)}" for key, side in sides.items())]
-    for source in scene.given_sources():
+    for source in scene.sources:
         lines += ["", "[[sources]]", *_lines(_part(source, "type", SOURCES))]
     if scene.times is not None:
         lines += ["", "[outputs]", f"times = {_value(scene.times)}"]

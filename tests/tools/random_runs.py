@@ -1,24 +1,27 @@
 """Random scenes with every model, solver and order, in bulk: each ends, with a name for how, and loses nothing."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from math import fsum
 from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit import MethodOfLines, Model, Scheme, SolveError, Status, Stepper, WavePropagation
+from fvkit import MethodOfLines, Model, Problem, Scheme, SolveError, Status, Stepper, WavePropagation
+from fvkit.backends.compiled import numba_kernel
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit.backends.runge_kutta import program
 from fvkit.run.interruption import keeping
 from fvkit.run.progress import Progress, counter
+from fvkit.schemes.scheme import Parts
 from fvkit.studies.report import environment
 from fvkit_granular.stress.checks import Check
-from fvkit_granular.stress.known_limits import FEW, known_collapses
-from fvkit_granular.stress.random_report import RandomReport
-from fvkit_granular.stress.random_scenes import SETTINGS, RandomScene, random_scene, setting_of
 from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
+from tests.tools.random_draws import SETTINGS, RandomScene, random_scene, setting_of
+from tests.tools.random_limits import FEW, known_collapses
+from tests.tools.random_report import RandomReport
 
 #: Steps that a run would take with the length of its first one.
 NOMINAL = 60
@@ -68,12 +71,12 @@ def run_random(model: str, riemann: str, order: int, seed: int, index: int, coun
     """Run the problems from ``index`` to ``index + count``, of one setting or of all; return what a report adds up."""
     scheme, kind = scheme_of(riemann, order), MODELS[model]
     wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k))]
-    templates: dict[str, Stepper] = {}
     started = time.perf_counter()
     scenes = (random_scene(seed, k) for k in wanted)
     if order == HIGH:  # the method of lines has no static friction, and refuses it
         scenes = (attrs.evolve(scene, nu=None) for scene in scenes)
-    outcomes = [_run(kind, scheme, scene, templates) | {"index": k} for k, scene in zip(wanted, scenes, strict=True)]
+    with code_kept():
+        outcomes = [_run(kind, scheme, scene) | {"index": k} for k, scene in zip(wanted, scenes, strict=True)]
     return {"model": model, "riemann": riemann, "order": order, "problems": len(outcomes),
             "seconds": time.perf_counter() - started, "ratios": np.array([one["ratio"] for one in outcomes]),
             "drifts": np.array([one["drift"] for one in outcomes]), "shares": np.array([one["share"] for one in outcomes]),
@@ -81,17 +84,30 @@ def run_random(model: str, riemann: str, order: int, seed: int, index: int, coun
             "odd": [one for one in outcomes if one["status"] not in ENDED or one["share"] > 1.0 or not one["lowest"] >= 0.0]}
 
 
-def _run(kind: type[Model], scheme: Scheme, scene: RandomScene, templates: dict[str, Stepper]) -> dict[str, Any]:
-    """Run one scene; ``templates`` keeps a stepper for each setting, whose code serves all."""
+@contextmanager
+def code_kept() -> Iterator[None]:
+    """Let problems of one scheme and the same kinds of parts share the code of the first: generating it takes ten times a run."""
+    generate, kept = numba_kernel.generate, {}
+
+    def once(problem: Problem, scheme: Scheme, parts: Parts, *rest: Any) -> numba_kernel.Source:
+        kinds = tuple(type(part) for part in (parts.model, parts.riemann, *parts.sources, *problem.ends))
+        key = (kinds, tuple(rest[-1]))  # the last says which given functions are 0 everywhere
+        if key not in kept:
+            kept[key] = generate(problem, scheme, parts, *rest)
+        return kept[key]
+
+    numba_kernel.generate = once
+    try:
+        yield
+    finally:
+        numba_kernel.generate = generate
+
+
+def _run(kind: type[Model], scheme: Scheme, scene: RandomScene) -> dict[str, Any]:
     named = {"class": scene.kind, "setting": scene.setting, "bottom": scene.bottom}
     empty = {"ratio": 0.0, "lowest": 0.0, "drift": 0.0, "share": 0.0, "lost": 0}
     try:
-        template = templates.get(scene.setting)
-        if template is None:
-            stepper = templates[scene.setting] = Stepper(scene.problem(kind), scheme, nonhyperbolic="ignore")
-            stepper = stepper.again(stepper.problem)
-        else:
-            stepper = template.again(template.problem.again(**scene.changes(kind)))
+        stepper = Stepper(scene.problem(kind), scheme, nonhyperbolic="ignore")
         status, lowest = _march(stepper)
     except Exception as error:
         return named | empty | {"status": f"crashed: {type(error).__name__}: {error}"}
@@ -182,7 +198,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
 
     Parameters
     ----------
-    count : scenes for each model, solver and order: classes, settings and bottoms in turn, see `draws`.
+    count : scenes for each model, solver and order: classes, settings and bottoms in turn, see `random_draws`.
     seed : the same seed gives the same scenes.
     models, riemann : names; all by default. Pairs that do not fit are left out.
     orders : any of 1, 2 and 5, which is `fvkit.MethodOfLines` as it comes.
@@ -193,7 +209,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     Returns
     -------
     RandomReport
-        ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `limits.COLLAPSES` knows.
+        ``.success`` where every run ended with a name, lost nothing, and no more collapsed than `random_limits.COLLAPSES` knows.
 
     Raises
     ------

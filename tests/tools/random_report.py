@@ -77,7 +77,7 @@ class RandomReport:
 
     def reproducer(self, row: dict[str, Any], one: dict[str, Any]) -> str:
         """Return the command that makes one run again."""
-        return (f"fvkit stress --random 1 --seed {self.seed} --first {one['index']} --models {row['model']} "
+        return (f"python -m tests.tools.random_scenes 1 --seed {self.seed} --first {one['index']} --models {row['model']} "
                 f"--riemann {row['riemann']} --orders {row['order']}")
 
     def plot(self) -> "Figure":

@@ -1,16 +1,23 @@
-"""Validation of the model error indicators: random scenes, predicted against measured model errors."""
+"""Predicted against measured model errors on random scenes, and what is recommended there.
+
+``python -m tests.tools.advice_validation 100 --seed 21`` from the top of a checkout.
+"""
+
+import argparse
+import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from fvkit import Outflow, Wall, WavePropagation, solve
+from fvkit import Outflow, Wall
+from fvkit.backends import BACKENDS
+from fvkit.cli import INTERRUPTED, SUCCESS, done_so_far
 from fvkit.run.interruption import keeping
-from fvkit.schemes.riemann import default_riemann
 from fvkit.studies.tables import table
-from fvkit_granular.models.reduced import Reduced
-from fvkit_granular.models.shallow_water import ShallowWater
-from fvkit_granular.models.two_phase import TwoPhase
+from fvkit_granular.cli.advise import model_errors
+from fvkit_granular.cli.options import teller
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.sources.drag import ConstantDrag
 from fvkit_granular.sources.friction import CoulombFriction
@@ -82,7 +89,7 @@ def friction(rng: Random) -> Scene:
     """A dam break that slides with Coulomb friction."""
     scene, nu = dam(rng), rng.uniform(0.05, 0.4)
     return Scene(scene.interval, scene.t_end, scene.initial, boundary=Outflow(), gamma=scene.gamma, name="friction",
-                 sources=(scene.sources, CoulombFriction(float(nu))))
+                 sources=(*scene.sources, CoulombFriction(float(nu))))
 
 
 def dry(rng: Random) -> Scene:
@@ -121,26 +128,6 @@ class Measured(NamedTuple):
     measured: tuple[float, float]
     coarse: tuple[float, float]
     seconds: tuple[float, float, float]
-
-
-def model_errors(scene: Scene, cells: int, backend: str = "auto") -> tuple[tuple[float, float], tuple[float, float, float]]:
-    """Run a scene with the full model and its two limits, each with its default solver at second order.
-
-    Returns
-    -------
-    The mean |difference| of the depth to the full model over the mean depth, of the reduced model and of shallow water; and
-    the seconds of all three.
-    """
-    depths, seconds = [], []
-    for model in (TwoPhase, Reduced, ShallowWater):
-        problem = scene.problem(model, cells)
-        solution = solve(problem, WavePropagation(default_riemann(problem.model)), backend=backend, nonhyperbolic="ignore")
-        depths.append(solution.observables()["h"])
-        seconds.append(solution.stats.seconds)
-    full, reduced, shallow = depths
-    mean = full.mean()
-    return ((float(np.abs(reduced - full).mean() / mean), float(np.abs(shallow - full).mean() / mean)),
-            (seconds[0], seconds[1], seconds[2]))
 
 
 def random_scene(kind: str, seed: int, index: int) -> Scene:
@@ -233,3 +220,25 @@ def report(rows: Sequence[Measured]) -> str:
     note = (f"predicted over measured, I/e, for errors above {LEAST:g} that half as many cells change by less than "
             f"{SETTLED:.0%};\nkinds not meant: {', '.join(BEYOND)}")
     return f"{table(lines)}\n\ndecisions with doubled indicators\n\n{table(choices)}\n\n{note}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Validate on as many scenes as the command line says, print the tables, return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m tests.tools.advice_validation", description="Measure the predictions of fvkit advise.")
+    parser.add_argument("count", type=int, metavar="N", help="random scenes of the kinds that are meant, at least 4; and others")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the scenes (default 1)")
+    parser.add_argument("--cells", type=int, default=400, help="cells of the coarser runs (default 400)")
+    parser.add_argument("--backend", default="auto", choices=BACKENDS)
+    options = parser.parse_args(arguments)
+    if options.count < 4 or options.seed < 0 or options.cells < 10:
+        parser.error("N must be >= 4, --seed >= 0, --cells >= 10")
+    tell = teller()
+    rows, stopped = done_so_far(partial(validate, options.count, options.seed, options.cells, options.backend, progress=tell))
+    if tell is not None:
+        tell("")
+    print(report(rows))
+    return INTERRUPTED if stopped else SUCCESS
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -125,15 +125,11 @@ class RandomScene:
             "ring": (VelocityDrag(*self.drag), *(() if self.nu is None else (CoulombFriction(self.nu),)))}
         return tuple(one for one in given[self.setting] if len(model.phases) > 1 or not one.between_phases)
 
-    def changes(self, kind: type[Model]) -> dict[str, Any]:
-        """Return what `fvkit.Problem.again` takes to make this scene of another one in the same setting."""
-        model = self.model(kind)
-        return {"model": model, "initial": model.conserved_from(*self.flow),  # type: ignore[attr-defined]
-                "aux": {"b": self.b}, "sources": self.sources(model)}
-
     def problem(self, kind: type[Model]) -> Problem:
         """Return the problem for a class of models."""
-        return Problem(grid=Grid(0.0, 1.0, CELLS), t_end=LONGEST, boundary=self.boundary(), **self.changes(kind))
+        model: Any = self.model(kind)
+        return Problem(model, Grid(0.0, 1.0, CELLS), model.conserved_from(*self.flow), LONGEST, {"b": self.b}, self.boundary(),
+                       self.sources(model))
 
 
 def random_scene(seed: int, index: int) -> RandomScene:
