@@ -146,7 +146,7 @@ def test_a_run_stops_when_its_seconds_are_over():
     assert solution.status is fv.Status.OVER_BUDGET
     assert 0.05 < solution.stats.seconds < 1.0
     assert 0.0 < solution.t[-1] < 50.0
-    with pytest.raises(fv.SolveError, match="took longer than the given `seconds`"):
+    with pytest.raises(fv.SolveError, match="took longer than its limit of `seconds`"):
         fv.solve(problem, SECOND, backend="numpy", limits=fv.Limits(seconds=0.05))
     with pytest.raises(ValueError, match="`seconds` must be finite and > 0"):
         fv.solve(problem, SECOND, backend="numpy", limits=fv.Limits(seconds=0.0))
