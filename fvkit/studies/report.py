@@ -117,7 +117,8 @@ class Report:
         reached = self.work_precision()
         if reached is not None and reached.targets:
             text += ["", reached.table(), "",
-                     "Time interpolated between runs; [fastest of the full model], < by the coarsest run, - never reached."]
+                     "Times interpolated between runs. [..] fastest for the full model; '<': even the coarsest grid is more "
+                     "accurate; '-': accuracy not reached."]
         text += [remark["text"] for remark in self.remarks.values() if remark is not None]
         text += ["Verdict: " + self.verdict()]
         return "\n".join(text)

@@ -27,14 +27,14 @@ CHECKED, FINER, REPEATS = 200, 8, 4
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     parser = add_command(commands, "advise", lambda options: _advise(options, teller()),
-                         "say which model, scheme and number of cells a scene needs, without a run",
+                         "estimate which model, scheme and resolution a scene needs, without running it",
                          "fvkit advise dam-break-phi --tol 1e-3 --check\n  fvkit advise --validate 100 --seed 1")
     parser.add_argument("scene", nargs="?", metavar="SCENE", help=SCENE_HELP)
     parser.add_argument("--tol", type=float, default=1e-3,
-                        help="wanted mean error of the depth over the mean depth (default 1e-3)")
+                        help="tolerance: mean error of the depth over the mean depth (default 1e-3)")
     parser.add_argument("--check", action="store_true",
-                        help=f"run the models on {CHECKED} cells and set measured beside predicted errors")
-    parser.add_argument("--validate", type=int, metavar="N", help="measure the predictions on N random scenes, and others")
+                        help=f"run the models on {CHECKED} cells and print measured and predicted errors")
+    parser.add_argument("--validate", type=int, metavar="N", help="compare predictions with runs on N random scenes")
     parser.add_argument("--seed", type=int, default=1, help="seed of the random scenes (default 1)")
     parser.add_argument("--cells", type=int, default=400, help="with --validate: cells of the coarser runs (default 400)")
     parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
