@@ -1,4 +1,4 @@
-"""`Scheme`, and the stages that it is made of."""
+"""`Scheme`: base class of numerical schemes, and the stages of a time step."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from fvkit.schemes.splitting import Splitting
 
 
 class Parts(NamedTuple):
-    """The parts that a stage's function may ask, and the length of a cell."""
+    """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage."""
 
     model: Model
     riemann: RiemannSolver
@@ -29,19 +29,19 @@ class Parts(NamedTuple):
 
     @property
     def joint(self) -> tuple[Source, ...]:
-        """The sources that act together with the transport, those between phases first: the bed has the last word."""
+        """Sources that act together with the transport: first those between phases (drag), last those at the bed (friction)."""
         found = () if self.reconstruction is not None else [source for source in self.sources if source.defines("driven")]
         return tuple(sorted(found, key=lambda source: not source.between_phases))
 
     @property
     def beside(self) -> tuple[Source, ...]:
-        """The other sources, which alternate with the transport as the splitting of the scheme says."""
+        """The other sources, which alternate with the transport by the splitting of the scheme."""
         joint = self.joint
         return tuple(source for source in self.sources if not any(source is other for other in joint))
 
 
 class Read(NamedTuple):
-    """A field that a stage reads, at the offsets first..last from its own place."""
+    """Field read by a stage, at the offsets first..last from its own cell or face."""
 
     field: str
     first: int
@@ -50,21 +50,21 @@ class Read(NamedTuple):
 
 @attrs.frozen
 class Stage:
-    """One pointwise stage of a scheme.
+    """Pointwise stage of a time step.
 
-    ``compute(parts, ratio, *inputs)`` gets dt/dx and one input per field and offset, in the order of ``reads``; it
+    ``compute(parts, ratio, *inputs)`` receives dt/dx and one input per field and offset, in the order of ``reads``; it
     returns one value per name in ``writes``. Cells and faces share one numbering: face j is the left face of cell j,
-    between cells j - 1 and j. The fields ``q`` and ``aux`` are given; a stage writes ``net``, the sum of all fluctuations that
-    enter a cell, and where sources act with the transport the last one writes ``new``, the state of the cell after both.
+    between cells j - 1 and j. The fields ``q`` and ``aux`` are inputs of the first stage. One stage writes ``net``, the sum of
+    all fluctuations that enter a cell. If sources act with the transport, the last stage writes ``new``, the state after both.
 
     Parameters
     ----------
     compute : pointwise function.
-    reads : the fields it reads, with offsets; a backend sums the halo from them.
-    writes : the fields it writes. A guarded stage writes fields that exist already.
-    guard : pointwise condition with the same arguments. Where no cell of a tile asks, the stage is not run there.
-    light : whether a backend may compute the stage again where it is read instead of keeping what it writes.
-    sparse : whether a guarded stage is run at the very places that ask, few of them, and leaves all others as they are.
+    reads : fields and offsets that the stage reads; they determine the width of the halo.
+    writes : fields that the stage writes. A guarded stage overwrites existing fields.
+    guard : pointwise condition with the arguments of ``compute``; the stage is skipped in blocks where it is false everywhere.
+    light : True lets a backend recompute the stage where its fields are read instead of storing them.
+    sparse : True runs a guarded stage only at the few cells or faces where the guard is true, and leaves others unchanged.
     """
 
     compute: Callable[..., tuple[Any, ...]]
@@ -79,20 +79,21 @@ class Stage:
 class Scheme(ABC):
     """Abstract explicit one-step scheme. Contract:
 
-    1. ``parts(model, sources)`` collects the parts and refuses, naming both, what cannot work together.
-    2. ``stages(parts)`` lists the stages of one transport step, only those that these parts need:
-       q_new = q - dt/dx net. ``fastest`` is the largest speed at a face. Where the model has masses, ``carried`` holds
-       their fluxes, which a closed wall sets to 0, and the light stages that write ``to_left`` and ``to_right`` come last.
-    3. ``cfl`` is the Courant number that the time step aims at; a step above ``cfl_max`` is rejected and redone.
-    4. ``splitting`` says when sources act.
-    5. ``time_integrator``, where not None, makes a step of several sweeps of the stages, whose ``net`` is then minus dx
-       times the rate; ``source_stages(parts)`` are those of sources that it takes implicitly.
+    1. ``parts(model, sources)`` returns the `Parts` of a run, and raises for an incompatible pair.
+    2. ``stages(parts)`` returns the stages of one transport step that these parts need:
+       q_new = q - dt/dx net. The field ``fastest`` is the largest speed at a face. For a model with masses the field
+       ``carried`` contains the mass fluxes, which a wall sets to 0, and the light stages that write ``to_left`` and
+       ``to_right`` come last.
+    3. ``cfl`` is the target Courant number; a step above ``cfl_max`` is rejected and repeated.
+    4. ``splitting`` is the splitting of transport and sources.
+    5. ``time_integrator``, if not None, evaluates the stages several times per step; ``net`` is then minus dx times the rate
+       dq/dt. ``source_stages(parts)`` are the stages of implicit sources.
 
     Attributes
     ----------
-    riemann : the Riemann solver at its faces.
-    cfl : Courant number that the time step aims at.
-    splitting : when sources act.
+    riemann : Riemann solver at the faces.
+    cfl : target Courant number.
+    splitting : splitting of transport and sources.
     """
 
     riemann: RiemannSolver
@@ -106,55 +107,55 @@ class Scheme(ABC):
 
     @property
     def time_integrator(self) -> Integrator | None:
-        """The integrator of a semi-discrete scheme; None for one that makes its step itself."""
+        """Time integrator of a semi-discrete scheme; None for a fully discrete scheme."""
         return None
 
     @property
     def wants_cross(self) -> bool:
-        """Whether the scheme needs the model's `cross`, where it has one, for its order."""
+        """Whether the scheme uses the model's `cross` for its order."""
         return False
 
     def at_first_order(self) -> "Scheme":
-        """Return this scheme at first order, without the matrix of the model; itself where it asks none."""
+        """Return the first-order version of this scheme, which does not use the model's matrix; by default the scheme itself."""
         return self
 
     @property
     @abstractmethod
     def limiting(self) -> Any:
-        """The part, or tuple of parts, that keeps the scheme quiet at jumps: what reports call the limiter."""
+        """Limiter or reconstruction, or a tuple of limiters, named "limiter" in reports."""
 
     @property
     @abstractmethod
     def nominal_order(self) -> int:
-        """Order where the solution is smooth."""
+        """Order of accuracy for smooth solutions."""
 
     @abstractmethod
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
-        """Return the parts of this scheme for ``model``, or raise ValueError naming the pair that cannot work."""
+        """Return the `Parts` of this scheme for ``model``, or raise ValueError for an incompatible pair."""
 
     def around(self, parts: Parts) -> Parts:
-        """Return the parts for a problem with a background; by default the model is seen from it, face by face."""
+        """Return the `Parts` for a problem with a background; by default jumps of the model are relative to the background."""
         return parts._replace(model=deviation(parts.model))
 
     def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
-        """Return the rows that stand behind the aux values for a background; by default its cell averages.
+        """Return the additional aux values of a background, (rows, m); by default its cell averages.
 
         Parameters
         ----------
         parts : the parts of the scheme.
         flow : (num_eqn, m) cell averages of the background, ghost cells included.
         aux : (num_aux, m) cell averages of the aux functions.
-        at_faces : (num_eqn, num_cells + 1) its values at the faces, None where it is given by averages alone.
+        at_faces : (num_eqn, num_cells + 1) values of the background at the faces; None if only averages are known.
         """
         return flow
 
     def completed(self, rows: np.ndarray, net: np.ndarray) -> np.ndarray:
-        """Return the rows of `background` with what the stages make of it, ``net`` (num_eqn, m); by default as they are."""
+        """Return the rows of `background`, completed with its residual ``net`` (num_eqn, m); by default unchanged."""
         return rows
 
     @abstractmethod
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
-        """Return the stages of a step."""
+        """Return the tuple of stages of a transport step."""
 
     def source_stages(self, parts: Parts) -> tuple[Stage, ...]:
         """Return the stages of implicit sources; none by default."""
