@@ -12,10 +12,10 @@ from typing import Any
 import attrs
 import numpy as np
 
-#: What is read letter by letter, never as a number or a list.
+#: Text types, never accepted as numbers or sequences.
 TEXTS = (str, bytes, bytearray)
 
-#: Largest whole number: beyond it floats cannot count.
+#: Largest integer N such that floats represent every integer up to N exactly.
 MOST = 2**53
 
 #: Characters of a value that a message shows.

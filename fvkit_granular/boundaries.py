@@ -1,4 +1,4 @@
-"""`Hydrograph`: a discharge that enters, as a table says, to the last drop."""
+"""Boundary conditions of shallow flow: hydrograph, fixed level, uniform slope, given flow."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -28,7 +28,7 @@ def _column(**settings: Any) -> Any:
 
 
 def check_tables(end: BoundaryCondition, times: tuple[float, ...], **tables: tuple[float, ...]) -> None:
-    """Raise where times do not ascend, or a table has neither one entry for each of them nor one for all."""
+    """Raise ValueError unless times ascend and each table has one entry per time or a single entry."""
     kind = type(end).__name__
     if (np.diff(times) <= 0.0).any():
         raise ValueError(f"`times` of a {kind} must ascend, got {list(times)}")
@@ -39,17 +39,17 @@ def check_tables(end: BoundaryCondition, times: tuple[float, ...], **tables: tup
 
 
 def at_time(t: float, times: tuple[float, ...], values: tuple[float, ...]) -> float:
-    """Return the value of a table at time t, linear between its entries."""
+    """Return the value of a table at time t, by linear interpolation."""
     return values[0] if len(values) == 1 else float(np.interp(t, times, values))
 
 
 def of_flow(model: Any, asking: BoundaryCondition, h: float, phi: float) -> tuple[list[float], list[float]]:
-    """Return the masses of a flow, and its momenta at 1 m/s, in the rows of the model, 0 in the others.
+    """Return two lists of num_eqn values: the masses of a flow with other rows 0, and its momenta at 1 m/s with other rows 0.
 
     Raises
     ------
     ValueError
-        For a model that does not know what a depth is, naming the boundary condition that asks.
+        For a model without a depth; the message contains the boundary condition ``asking``.
     """
     if not (model.phases and all(hasattr(model, name) for name in ("conserved_from", "depth", "g", "dry"))):
         raise ValueError(f"{type(asking).__name__} needs a model of flows with a depth, such as gr.TwoPhase, "
@@ -62,26 +62,25 @@ def of_flow(model: Any, asking: BoundaryCondition, h: float, phi: float) -> tupl
 
 @attrs.frozen
 class Hydrograph(Continued):
-    """A discharge that flows in, with its solid fraction, both given in time; linear between the entries.
+    """Hydrograph: inflow with given discharge and solid fraction over time, linear between the entries.
 
-    What enters each mass is exactly phi(t) Q(t), (1 - phi(t)) Q(t): the flux through the end is set, not asked of the Riemann
-    solver. The depth of the ghost cells, which decides the momentum, is that of the first cell, but at least the critical depth
-    (Q^2/g)^(1/3), or ``depth`` where given. Solid and fluid enter with one velocity. Steps end at the entries, so that no
-    rise is stepped over.
+    The mass fluxes through the end are exactly phi(t) Q(t) and (1 - phi(t)) Q(t), independent of the Riemann solver. The depth
+    of the ghost cells, which determines the momentum, is that of the first cell, at least the critical depth (Q^2/g)^(1/3),
+    or ``depth`` if given. Solid and fluid enter with the same velocity. Time steps end at the entries, so that no rise is
+    skipped.
 
     Parameters
     ----------
-    times : times of the entries, s, ascending; before the first and after the last the values stay.
-    discharge : discharge per width, m^2/s, >= 0 flows in at either end: one for each time, or one for all.
-    phi : solid fraction of what flows in, in [0, 1]: one for each time, or one for all.
-    depth : depth of what flows in, m, for an inflow faster than its waves: one for each time, or one for all; None for the rule
-        above.
+    times : times of the entries, s, ascending; values are constant before the first and after the last entry.
+    discharge : discharge per width, m^2/s, >= 0 (inflow at either end): one value per time, or one for all.
+    phi : solid fraction of the inflow, in [0, 1]: one value per time, or one for all.
+    depth : depth of the inflow, m, needed for supercritical inflow: one value per time, or one for all; None for the rule above.
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
 
     Notes
     -----
-    Onto dry ground, give the model ``dry``, m: its default is a share of the largest initial depth, which is then 0.
-    Fails to hold discharge and depth both where the flow at the end is faster than its waves, unless ``depth`` is given.
+    For inflow onto dry ground set the model's ``dry``, m: its default is a fraction of the largest initial depth, here 0.
+    For supercritical inflow without ``depth`` the depth at the end is not controlled.
     """
 
     times: tuple[float, ...] = _column()
@@ -104,14 +103,14 @@ class Hydrograph(Continued):
     @classmethod
     def read(cls, path: str | Path) -> "Hydrograph":
         """Return the hydrograph of a CSV file with columns ``t [s]`` (or min, h), ``discharge [m2/s]``, ``phi [-]`` (or %) and,
-        if it likes, ``depth [m]``.
+        optionally, ``depth [m]``.
 
         Raises
         ------
         ValueError
-            With file, line and column.
+            For invalid data; the message contains file, line and column.
         FileNotFoundError
-            Where there is no such file.
+            If the file does not exist.
         """
         table = read_columns(path)
         times = table.ascending("t", "time", "for a jump put two rows close together")
@@ -157,25 +156,25 @@ def _level(value: Any) -> Any:
     return value if callable(value) and not isinstance(value, type) else validation.row(value, "level")
 
 
-#: A flow that is less than ``LOWER`` times as deep as a lake gives no velocity to what pours in, and all of it 1/``STILL`` of the
-#: depth of the lake above that.
+#: Inflow from a lake takes no velocity from a flow less than ``LOWER`` times as deep as the lake, and its full velocity from a
+#: flow deeper than ``LOWER`` + 1/``STILL`` times the lake.
 LOWER, STILL = 0.8, 7.0
 
 
 @attrs.frozen
 class FixedLevel(Continued):
-    """A lake or sea of given level at the end: the depth of the ghost cells is the level less the bottom there.
+    """Fixed level: a lake or sea of given surface level at the end; the ghost cells have the depth level - bottom.
 
-    The flow passes in or out as the difference of levels has it. One that leaves faster than its waves does not feel it, unless
-    the lake is so much deeper that a jump runs in. A river that leaves or enters has the level at the face; into a flow less than
-    0.8 times as deep as the lake, or onto dry ground, it pours out of rest, as a dam breaks.
+    The difference of levels determines inflow or outflow. Supercritical outflow is not affected by the level, unless the lake
+    is so deep that a jump travels inwards. A river at the end has the given level at the face. Into a flow less than 0.8 times
+    as deep as the lake, or onto dry ground, the lake discharges from rest, as in a dam break.
 
     Parameters
     ----------
-    level : height of the free surface, m, over the same datum as the bottom: a number, one for each of ``times``, linear between
-        them, or a function of time, s.
-    phi : solid fraction of what flows in, in [0, 1]: 0, clear water, by default. What flows out has its own.
-    times : times of the levels, s, ascending; before the first and after the last they stay.
+    level : height of the free surface, m, over the same datum as the bottom: a number, one value per entry of ``times``
+        (linear between them), or a function of time, s.
+    phi : solid fraction of the inflow, in [0, 1]; 0, clear water, by default.
+    times : times of the levels, s, ascending; the level is constant before the first and after the last entry.
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
     """
 
@@ -202,7 +201,7 @@ class FixedLevel(Continued):
         return result
 
     def at(self, t: float) -> float:
-        """Return the level at time t, s."""
+        """Return the level at time t (s), m."""
         if callable(self.level):
             return validation.real(self.level(t), f"level of a FixedLevel at t = {t:g}")
         return at_time(t, self.times, self.level)
@@ -219,9 +218,10 @@ class FixedLevel(Continued):
         surface = level + falling_share(model, q, slope) * slope * (distance - values[2])
         depth = maximum(surface - slope * distance, 0.0)
         ratio = depth / where(wet, h, 1.0)
-        # A river enters with its velocity. Into a much lower flow a lake pours out of rest: it has no other head than its level.
+        # A river enters with the velocity of the first cell. Into a much shallower flow the lake discharges from rest, since its
+        # level is its total head.
         enters = v * minimum(maximum(STILL * (h - LOWER * depth), 0.0), depth)
-        # The speed at which waves run in: that of a jump where the lake is deeper.
+        # Speed of inward waves; that of a hydraulic jump if the lake is deeper.
         unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
         flow = beyond(self, model, q, values)
         has = model.depth(flow)
@@ -231,10 +231,10 @@ class FixedLevel(Continued):
 
 @attrs.frozen
 class UniformSlope(BoundaryCondition):
-    """The channel goes on at a slope, and the flow with it: uniform flow leaves unhindered where friction balances the slope.
+    """Uniform slope: outflow over a bottom that continues at a slope; uniform flow leaves without reflection.
 
-    The ghost cells have the state of the last cell, over a bottom that goes on falling. Water at rest is no equilibrium of this
-    end (it would flow off): `fvkit.Outflow` keeps it.
+    The ghost cells have the state of the last cell, over a bottom that continues at the slope. Water at rest is not an
+    equilibrium at this end, since it flows off; `fvkit.Outflow` preserves it.
 
     Parameters
     ----------
@@ -264,9 +264,9 @@ class UniformSlope(BoundaryCondition):
 
 @attrs.frozen
 class GivenFlow(Given):
-    """A constant flow at the end, as `fvkit.Inflow`, but in terms that every model understands.
+    """Given flow: constant state at the end, like `fvkit.Inflow`, but in primitive variables, for every model.
 
-    The Riemann solver lets in what travels inwards: of a subcritical flow only a part is imposed.
+    The Riemann solver selects the incoming waves, so a subcritical state is imposed only in part.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ class GivenFlow(Given):
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
     """
 
-    # Not annotated as floats: those are parameters of pointwise code, and here only `values`, plain Python, reads them.
+    # Annotated Any, not float: float fields are parameters of pointwise code, but only `values`, plain Python, reads these.
     h: Any = validation.number(at_least=0.0, hint="depth in m")
     phi: Any = validation.number(at_least=0.0, at_most=1.0, hint="solid fraction")
     vs: Any = validation.number(0.0, hint="velocity in m/s")

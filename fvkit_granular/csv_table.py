@@ -1,4 +1,4 @@
-"""Tables in CSV files: named columns with units."""
+"""CSV tables: named columns with units."""
 
 import csv
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 
 from fvkit import validation
 
-#: Units by what they measure, and what one of them is in SI.
+#: Conversion factors to SI, {quantity: {unit: factor}}.
 UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001},
     "speed": {"m/s": 1.0, "km/h": 1.0 / 3.6},
@@ -18,26 +18,26 @@ UNITS: dict[str, dict[str, float]] = {
 }
 
 
-#: Larger files are refused, bytes.
+#: Largest accepted size of a file, bytes.
 LARGEST = 10_000_000
 
-#: Heights and depths on Earth, m.
+#: Range of heights on Earth, m.
 EARTH = (-12_000.0, 9_000.0)
 
-#: What programs write where they have no value, and from which size on every number is that.
+#: Codes that programs write for missing values, and the absolute value from which every number counts as such a code.
 CODES = (-999.0, -32768.0, -32767.0, 32767.0, *(sign * (10.0**digits - 1.0) for digits in range(4, 11) for sign in (-1.0, 1.0)))
 HUGE = 1e19
 
 
 class Columns(NamedTuple):
-    """The contents of a CSV file.
+    """Columns of a CSV file.
 
     Parameters
     ----------
-    path : the file, as it was named.
-    units : {name of a column: its unit}.
-    values : {name of a column: (rows,) numbers in that unit}.
-    lines : (rows,) line of each row in the file.
+    path : path of the file.
+    units : {column: unit}.
+    values : {column: (rows,) numbers in that unit}.
+    lines : (rows,) line number of each row in the file.
     """
 
     path: Path
@@ -46,12 +46,12 @@ class Columns(NamedTuple):
     lines: list[int]
 
     def ascending(self, name: str, measures: str, otherwise: str) -> np.ndarray:
-        """Return a column that must ascend, in SI units; ``otherwise`` is the advice for one that does not.
+        """Return a strictly ascending column in SI units, (rows,); ``otherwise`` is advice for the error message.
 
         Raises
         ------
         ValueError
-            As `column`; for a row that does not ascend, with its line.
+            As `in_si`; for a row that does not ascend, with its line number.
         """
         values = self.in_si(name, measures)
         falls = np.flatnonzero(np.diff(values) <= 0.0)
@@ -63,12 +63,12 @@ class Columns(NamedTuple):
         return values
 
     def in_si(self, name: str, measures: str) -> np.ndarray:
-        """Return a column in SI units.
+        """Return a column in SI units, (rows,).
 
         Raises
         ------
         ValueError
-            For a missing column, or one in a unit that does not measure that.
+            For a missing column, or one in a unit of another quantity.
         """
         if name not in self.values:
             validation.choice(name, f"column of {self.path}", self.values)
@@ -79,12 +79,12 @@ class Columns(NamedTuple):
         return self.values[name] * known[self.units[name]]
 
     def column(self, name: str, measures: str) -> np.ndarray:
-        """Return a column of values, in SI units.
+        """Return a column of values in SI units, (rows,), without codes for missing values.
 
         Raises
         ------
         ValueError
-            As `in_si`; for a code that stands for a missing value, with its line.
+            As `in_si`; for a code for a missing value, with its line number.
         """
         result, given = self.in_si(name, measures), self.values[name]
         strange = missing(given)
@@ -98,7 +98,7 @@ class Columns(NamedTuple):
 
 
 def missing(values: np.ndarray) -> np.ndarray:
-    """Where values stand for missing ones: numbers that programs write for that, farther from all others than these lie apart."""
+    """Return a mask (rows,) of codes for missing values: known codes farther from other values than the range of these."""
     known = np.isin(values, CODES) | (np.abs(values) >= HUGE)
     others = values[~known]
     if not (known.any() and others.size):
@@ -108,7 +108,7 @@ def missing(values: np.ndarray) -> np.ndarray:
 
 
 def text_of(path: Path, largest: int = LARGEST) -> str:
-    """Return the text of a file in UTF-8 of at most so many bytes, or raise ValueError or OSError."""
+    """Return the text of a UTF-8 file of at most ``largest`` bytes, or raise ValueError or OSError."""
     if not path.is_file():
         raise FileNotFoundError(f"there is no file {path}")
     if path.stat().st_size > largest:
@@ -122,20 +122,20 @@ def text_of(path: Path, largest: int = LARGEST) -> str:
 
 
 def read_columns(path: str | Path) -> Columns:
-    """Read a CSV file: commas, decimal points, and a header with names and units such as ``x [m], h [m], phi [-]``.
+    """Read the columns of a CSV file: commas, decimal points, and a header with units such as ``x [m], h [m], phi [-]``.
 
-    Empty lines and lines that start with ``#`` are left out.
+    Empty lines and lines that start with ``#`` are ignored.
 
     Parameters
     ----------
-    path : the file, UTF-8, at most 10 MB.
+    path : path of the file, UTF-8, at most 10 MB.
 
     Raises
     ------
     ValueError
-        With file, line and column, for what is not such a file.
+        For an invalid file; the message contains file, line and column.
     FileNotFoundError
-        Where there is none.
+        If the file does not exist.
     """
     place = validation.file(path, "path")
     lines = [(number, line) for number, line in enumerate(text_of(place).splitlines(), start=1)

@@ -1,4 +1,4 @@
-"""`Front`: how far a flow has come, and what it leaves where it stops."""
+"""`Front`: observer of front positions (run-out) and of the deposit."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,10 +12,10 @@ from fvkit.validation import number
 
 @attrs.define(eq=False)
 class Front(Observer):
-    """Outermost places where the depth exceeds a threshold, against time, and the deposit.
+    """Front positions over time, the outermost points where the depth exceeds a threshold, and the deposit.
 
-    Between the centres of the last cell above the threshold and the next one the depth is taken as linear: the place is
-    accurate to about a cell.
+    The depth is interpolated linearly between the centre of the last cell above the threshold and the next one, so positions
+    are accurate to about a cell.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ class Front(Observer):
     Attributes
     ----------
     t : numpy.ndarray
-        (k,) times, s, the start first.
+        (k,) times, s, starting with the initial time.
     left, right : numpy.ndarray
-        (k,) places, m; NaN where nothing is deeper than the threshold.
+        (k,) positions, m; NaN where no cell is deeper than the threshold.
     deposit : numpy.ndarray
         (num_cells,) depth at the last step where all velocities are below ``at_rest``, 0 elsewhere, m.
     """
@@ -61,7 +61,7 @@ class Front(Observer):
         return np.asarray(model.depth(tuple(q)))
 
     def _crossing(self, x: np.ndarray, h: np.ndarray, last: int, way: int, end: float) -> float:
-        """Where the depth falls to the threshold beyond the cell ``last``; the end of the grid if it does not."""
+        """Return the position, m, where the depth falls to the threshold beyond cell ``last``; else the end of the grid."""
         beyond = last + way
         if not 0 <= beyond < len(x):
             return end
@@ -87,7 +87,7 @@ class Front(Observer):
 
     @property
     def deposit(self) -> np.ndarray:
-        """Depth of what has stopped, (num_cells,); empty before a run."""
+        """Depth of the deposit, (num_cells,), m: the depth where the flow has stopped, 0 elsewhere; empty before a run."""
         if self._stepper is None:
             return np.empty(0)
         problem, q = self._stepper.problem, self._stepper.q

@@ -1,4 +1,4 @@
-"""Pictures that only two-phase flows have."""
+"""Plots of two-phase flow: slip velocity, and accuracy of a scheme."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: Scenes of `accuracy`: one with all kinds of waves, and a smooth one. Both have a reference without a grid.
+#: Scenes of `accuracy`: one with all kinds of waves and a smooth one, both with an exact or semi-exact reference.
 JUMPS, SMOOTH = "dam-break-phi", "simple-wave"
 
-#: Share of the largest depth below which a phase has no velocity to speak of.
+#: Depth of a phase relative to the largest depth below which the slip is not plotted.
 THIN = 1e-4
 
 
 def slip(solution: Solution, ax: "Axes | None" = None, i: int = -1) -> "Axes":
-    """Draw the slip vf - vs at output ``i``, m/s, where both phases are thicker than 1/10000 of the largest depth.
+    """Plot the slip vf - vs at output ``i``, m/s, where both phases are deeper than 1/10000 of the largest depth.
 
     Parameters
     ----------
-    solution : of a model with two velocities.
-    ax : where to draw; None for a figure of its own.
+    solution : solution of a model with two velocities.
+    ax : axes; None for a new figure.
     i : number of the output, the last by default.
 
     Raises
@@ -51,15 +51,15 @@ def slip(solution: Solution, ax: "Axes | None" = None, i: int = -1) -> "Axes":
 
 
 def accuracy(scheme: Scheme | RiemannSolver, cells: Sequence[int] = (50, 100, 200, 400), *, backend: str = "auto") -> "Figure":
-    """Return the picture of what a scheme makes of the two-phase model: a dam break with a jump of phi, and errors over cells.
+    """Return a figure of the accuracy of a scheme for the two-phase model: a dam break with a jump of phi, and errors over cells.
 
-    On the left the solid depth on the coarsest and the finest grid over the semi-exact solution; on the right the L1 errors of
-    all four components of q together, there and for the smooth simple wave, whose reference is exact.
+    Left: solid depth on the coarsest and the finest grid, with the semi-exact solution. Right: L1 errors summed over the four
+    components of q, for the dam break and for a smooth simple wave with an exact reference.
 
     Parameters
     ----------
-    scheme : the scheme, or a Riemann solver, which then runs in `fvkit.WavePropagation` of second order.
-    cells : numbers of cells, ascending, two at least.
+    scheme : the scheme, or a Riemann solver for second-order `fvkit.WavePropagation`.
+    cells : numbers of cells, ascending, at least two.
     backend : as for `fvkit.solve`.
     """
     chosen = WavePropagation(scheme) if isinstance(scheme, RiemannSolver) else scheme

@@ -1,1 +1,1 @@
-"""Output: solutions, their files and their pictures."""
+"""Output: solutions, file formats and plots."""

@@ -16,16 +16,16 @@ DEVELOPERS = "The fvkit developers"
 
 @attrs.frozen
 class Work:
-    """A work to cite.
+    """Bibliographic reference.
 
     Parameters
     ----------
     kind : type of the BibTeX entry, ``"article"`` or ``"software"``.
-    key : of the BibTeX entry.
+    key : key of the BibTeX entry.
     authors : names, initials first.
-    title : of the work.
+    title : title of the work.
     fields : further fields of the BibTeX entry, {name: text}.
-    where : journal, volume, year and pages in a sentence; empty for software.
+    where : journal, volume, year and pages as one text; empty for software.
     """
 
     kind: str
@@ -36,19 +36,19 @@ class Work:
     where: str = ""
 
     def sentence(self) -> str:
-        """Return authors, title and where it appeared, separated by commas."""
+        """Return authors, title and journal as one text, separated by commas."""
         return ", ".join(filter(None, [*self.authors, self.title, self.where]))
 
     def bibtex(self) -> str:
-        """Return the entry for a BibTeX file."""
-        # A name of more words than one person's is kept whole by braces.
+        """Return the BibTeX entry as text."""
+        # Braces stop BibTeX from splitting an organisation's name into first and last names.
         authors = " and ".join(f"{{{name}}}" if name == DEVELOPERS else name for name in self.authors)
         lines = [f"  {name} = {{{text}}}" for name, text in {"author": authors, "title": self.title, **self.fields}.items()]
         return f"@{self.kind}{{{self.key},\n" + ",\n".join(lines) + "\n}"
 
 
 def package(version: str | None = None) -> Work:
-    """Return this package as a work; with its version where one is given."""
+    """Return the reference to this package, with ``version`` unless it is None."""
     return Work("software", "fvkit", (DEVELOPERS,), "fvkit: pluggable finite volumes for hyperbolic systems",
                 {} if version is None else {"version": version, "license": "BSD-3-Clause"})
 

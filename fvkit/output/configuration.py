@@ -1,6 +1,6 @@
-"""Configuration as plain data: what a run was made of, readable in any language, and parts made from it again.
+"""Run configuration as JSON data: models, schemes and settings are serialised, and restored from the data.
 
-Nothing that is read is imported or executed: a class is looked up by name among those that are loaded already.
+Reading never imports modules or executes code: a class is looked up by name among the classes that are already loaded.
 """
 
 import json
@@ -29,24 +29,24 @@ from fvkit.schemes.integrators import Integrator
 from fvkit.schemes.scheme import Scheme
 from fvkit.schemes.splitting import Splitting
 
-#: Classes that may stand in a file, with all that derive from them.
+#: Base classes of the objects that a file may contain.
 BASES: tuple[type, ...] = (Part, Scheme, Splitting, Integrator, Grid, Stats)
 
-#: Keys of what plain data has no word for. "class" and "from" are no names of fields: both are keywords of Python.
+#: Reserved keys for values that JSON cannot express. "class" and "from" cannot be field names, since both are Python keywords.
 CLASS, MODULE = "class", "from"
 ARRAY, LIST, MAPPING, NUMBER, CALLABLE, OBJECT = "array", "list", "mapping", "number", "callable", "object"
 RESERVED = {CLASS, ARRAY, LIST, MAPPING, NUMBER, CALLABLE, OBJECT}
 
 
 def describe(value: Any) -> Any:
-    """Return a part, or a value of one, as plain data that JSON can hold without loss.
+    """Return an object, or the value of a field, as JSON data without loss of precision.
 
     Parameters
     ----------
     value : a model, scheme, splitting, integrator, grid, boundary condition, source or statistics: {"class": its name, "from":
         its module, and its fields}. Numbers, texts and None stay; a tuple becomes a list, a list {"list": [...]}, an array
         {"array": [...]}, an infinite number {"number": "inf"}. A function becomes {"callable": its name}, any other object
-        {"object": its class}: these say what was used, and cannot be restored.
+        {"object": its class}: these two record what was used and cannot be restored.
 
     Returns
     -------
@@ -70,13 +70,13 @@ def describe(value: Any) -> Any:
     if isinstance(value, BASES):
         return fields_of(value)
     if callable(value):
-        own = getattr(value, "__name__", type(value).__qualname__)  # all that a ufunc of NumPy 1 has
+        own = getattr(value, "__name__", type(value).__qualname__)  # a ufunc of NumPy 1 has no __qualname__
         return {CALLABLE: f"{getattr(value, '__module__', None)}.{getattr(value, '__qualname__', own)}"}
     return {OBJECT: f"{type(value).__module__}.{type(value).__qualname__}"}
 
 
 def fields_of(value: Any) -> dict[str, Any]:
-    """Return an instance of an attrs class as plain data: its class and its fields."""
+    """Return an instance of an attrs class as a JSON mapping: its class, its module and its fields."""
     kind: Any = type(value)
     return {CLASS: kind.__name__, MODULE: kind.__module__,
             **{field.alias: describe(getattr(value, field.name)) for field in attrs.fields(kind) if field.init}}
@@ -87,18 +87,18 @@ def _rows(value: Any) -> Any:
 
 
 def build(data: Any, kind: type | None = None, name: str = "data") -> Any:
-    """Return what `describe` was given.
+    """Return the object that `describe` serialised.
 
     Parameters
     ----------
-    data : plain data.
-    kind : class that the result must be an instance of; None for any.
-    name : of the data, for messages.
+    data : result of `describe`.
+    kind : required class of the result; None for any.
+    name : name of the data, for error messages.
 
     Raises
     ------
     ValueError
-        With the place in the data: for a class that is not loaded, a function, or fields that the class refuses.
+        For a class that is not loaded, a function, or invalid field values; the message contains the position in the data.
     """
     try:
         result = _build(data, validation.text(name, "name"))
@@ -154,12 +154,12 @@ def _instance(data: Mapping[str, Any], name: str) -> Any:
         raise ValueError(f"{name}, a {kind.__name__}, cannot be made from its fields: {error}") from None
 
 
-#: Names of classes in files of the version before.
+#: Current names of classes that files of the previous version store under an old name.
 RENAMED = {"Stage": "FixedLevel", "StepLength": "Step"}
 
 
 def _find(name: Any, module: Any, place: str) -> type:
-    """The class of that name: of that module, the last defined; or of any module if there is but one."""
+    """Return the loaded class of that name: the last one defined in ``module``, or the only one in any module."""
     name = RENAMED.get(name, name) if isinstance(name, str) else name
     found = [kind for kind in _known() if kind.__name__ == name]
     if not found:
@@ -177,7 +177,7 @@ def _find(name: Any, module: Any, place: str) -> type:
 
 
 def _known() -> Iterator[type]:
-    """All classes that derive from the bases, in the order of their definition below each; none that schemes made."""
+    """Yield all subclasses of `BASES`, in order of definition for each base, without the classes generated by schemes."""
     waiting, seen = list(BASES), set()
     while waiting:
         kind = waiting.pop(0)
@@ -189,7 +189,7 @@ def _known() -> Iterator[type]:
 
 
 def effective(problem: Problem, scheme: Scheme, stats: Stats, status: Status, message: str) -> dict[str, Any]:
-    """Return the complete configuration of a run, defaults included, and how it ended, as plain data."""
+    """Return the complete configuration of a run, defaults and final status included, as JSON data."""
     versions = {"fvkit": VERSION, "python": platform.python_version(), "numpy": np.__version__}
     if stats.backend == "numba":
         versions["numba"] = sys.modules["numba"].__version__
@@ -202,13 +202,13 @@ def effective(problem: Problem, scheme: Scheme, stats: Stats, status: Status, me
 
 
 def configuration_of(solution: Results) -> dict[str, Any]:
-    """Return the configuration that a file keeps: what the solution knows, and all that is needed to make it again."""
+    """Return the configuration stored in a file: that of the solution, with everything that `fvkit.load` needs."""
     return {**solution.configuration, "model": describe(solution.model), "grid": describe(solution.grid),
             "status": solution.status.name, "message": solution.message, "statistics": describe(solution.stats)}
 
 
 def parsed(text: str, source: Path) -> dict[str, Any]:
-    """Return the configuration that a file holds as JSON."""
+    """Return the configuration of a file, parsed from JSON."""
     try:
         result = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -219,7 +219,7 @@ def parsed(text: str, source: Path) -> dict[str, Any]:
 
 
 def part(kept: Mapping[str, Any], name: str, kind: type, source: Path) -> Any:
-    """Make one part of a configuration again."""
+    """Return one object restored from its configuration, or raise `Unreadable`."""
     if name not in kept:
         raise Unreadable(source, f"its configuration has no {name!r}")
     try:
@@ -229,5 +229,5 @@ def part(kept: Mapping[str, Any], name: str, kind: type, source: Path) -> Any:
 
 
 def model_and_grid(kept: Mapping[str, Any], source: Path) -> tuple[Model, Grid]:
-    """Make model and grid of a configuration again."""
+    """Return the model and the grid restored from a configuration."""
     return part(kept, "model", Model, source), part(kept, "grid", Grid, source)

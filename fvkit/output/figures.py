@@ -1,4 +1,4 @@
-"""Pictures: thin functions that draw on given axes, in colours that colour-blind people can tell apart."""
+"""Plotting helpers: figures, colour-blind-safe styles, log-log series and convergence slopes on given axes."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-#: Okabe and Ito's palette, darkest first.
+#: Okabe-Ito colour-blind-safe palette, darkest first.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 class Picture(Figure):
-    """A figure that needs no display; a notebook shows it, whether or not it draws by pyplot elsewhere."""
+    """A matplotlib figure outside pyplot: needs no display, and notebooks show it."""
 
     def _repr_png_(self) -> bytes:
         buffer = BytesIO()
@@ -26,19 +26,19 @@ class Picture(Figure):
 
 
 def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list["Axes"]]:
-    """Return a `Picture`, and its axes in a list."""
+    """Return a `Picture` and the list of its rows x columns axes."""
     figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
     return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
 
 
 def style(index: int) -> dict[str, Any]:
-    """Colour, marker and dashes of the curve number ``index``."""
+    """Return colour, marker and line style of curve number ``index`` as keyword arguments of matplotlib."""
     return {"color": COLORS[index % len(COLORS)], "marker": MARKERS[index % len(MARKERS)],
             "linestyle": ("-", "--", ":", "-.")[index // len(COLORS) % 4]}
 
 
 def plot_series(ax: "Axes", series: Mapping[str, Sequence[Mapping[str, float]]], x: str, y: str, note: str | None = None) -> None:
-    """Draw one log-log line per series of rows, from column ``x`` to column ``y``; ``note`` is written beside markers."""
+    """Draw one log-log line per series: column ``y`` over column ``x``, markers annotated with column ``note``."""
     for k, (label, rows) in enumerate(series.items()):
         points = [(row[x], row[y], row.get(note) if note else None) for row in rows if row[x] > 0.0 and row[y] > 0.0]
         if not points:
@@ -53,7 +53,7 @@ def plot_series(ax: "Axes", series: Mapping[str, Sequence[Mapping[str, float]]],
 
 
 def slope_guides(ax: "Axes", cells: Sequence[float], start: float, orders: Iterable[int] = (1, 2)) -> None:
-    """Draw dashed lines of the given orders of accuracy that start at the error ``start`` at the coarsest grid."""
+    """Draw dashed reference slopes of the given orders of accuracy, from the error ``start`` on the coarsest grid."""
     if len(cells) < 2 or not start > 0.0:
         return
     ends = np.array([min(cells), max(cells)], dtype=float)

@@ -1,4 +1,4 @@
-"""A file that bears a full disk, for libraries that do not: HDF5 crashes the process some time after a write that failed."""
+"""File object for h5py that survives ENOSPC. Without it HDF5 crashes the process some time after a failed write."""
 
 import os
 from pathlib import Path
@@ -6,26 +6,26 @@ from typing import Any
 
 try:
     import fcntl
-except ImportError:  # Windows: what is open there cannot be opened again for writing
+except ImportError:  # Windows: the system itself refuses a second writer of an open file
     fcntl = None  # type: ignore[assignment]  # not on every system
 
 
 class PatientFile:
-    """A new file on disk, open for reading and writing by one process alone, whose errors are told when asked for.
+    """Exclusively locked file, open for reading and writing, that stores write errors in ``error`` instead of raising them.
 
-    After the first write that fails nothing more goes to disk, as if the process had been killed there; what is written is kept
-    in memory, so that the library sees a file that is whole until it closes it.
+    After the first failed write the file on disk no longer changes, as if the process had been killed there. Later writes are
+    kept in memory, so that the library reads consistent data until it closes the file.
 
     Parameters
     ----------
-    path : the file, emptied if it exists.
+    path : path of the file; an existing file is truncated.
 
     Raises
     ------
     ValueError
-        If another process, or another run of this one, has it open; the file is as it was then.
+        If another process, or another run of this process, has the file open; the file is then unchanged.
     OSError
-        If it cannot be opened.
+        If the file cannot be opened.
     """
 
     def __init__(self, path: Path) -> None:
@@ -43,16 +43,16 @@ class PatientFile:
                 from None
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go to a place."""
+        """Set the file position and return it."""
         self._place = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._size}[whence]
         return self._place
 
     def tell(self) -> int:
-        """Return the place."""
+        """Return the file position in bytes."""
         return self._place
 
     def write(self, data: Any) -> int:
-        """Write all of it, to disk or, from the first failure on, to memory."""
+        """Write all bytes, to disk or, after a failed write, to memory; return their number."""
         content = bytes(data)
         try:
             if self.error is None:
@@ -71,12 +71,12 @@ class PatientFile:
             content = content[os.write(self._handle, content):]
 
     def read(self, count: int) -> bytes:
-        """Return so many bytes from the place on, fewer at the end."""
+        """Return up to ``count`` bytes from the file position on."""
         room = bytearray(count)
         return bytes(room[:self.readinto(room)])
 
     def readinto(self, room: Any) -> int:
-        """Fill a buffer from the place on, with zeros where nothing was written; return how much there was."""
+        """Fill a buffer from the file position on, with zeros where nothing was written; return the number of bytes read."""
         view = memoryview(room).cast("B")
         begin, end = self._place, min(self._place + len(view), self._size)
         os.lseek(self._handle, begin, os.SEEK_SET)
@@ -93,7 +93,7 @@ class PatientFile:
         return count
 
     def truncate(self, size: int) -> int:
-        """Set the size."""
+        """Set the file size in bytes and return it."""
         try:
             if self.error is None:
                 os.ftruncate(self._handle, size)
@@ -103,10 +103,10 @@ class PatientFile:
         return size
 
     def flush(self) -> None:
-        """Do nothing: every write goes to disk at once."""
+        """Do nothing, since writes are not buffered."""
 
     def close(self) -> None:
-        """Close the file, which gives it free for others."""
+        """Close the file and release its lock."""
         if self._handle >= 0:
             os.close(self._handle)
             self._handle = -1

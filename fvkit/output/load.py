@@ -16,7 +16,7 @@ from fvkit.problem.model import Model
 
 
 def load(path: str | Path) -> Solution:
-    """Read a solution that `Solution.save` or ``solve(..., record=fvkit.Stream(path))`` wrote, bit for bit.
+    """Load a solution file written by `Solution.save` or ``solve(..., record=fvkit.Stream(path))``, bit for bit.
 
     Parameters
     ----------
@@ -25,17 +25,17 @@ def load(path: str | Path) -> Solution:
     Returns
     -------
     Solution
-        With everything that was saved: times, states, aux values, grid, model, status, statistics, configuration.
+        Times, states, aux values, grid, model, status, statistics and configuration.
 
     Raises
     ------
     ValueError
-        Naming the file and what is wrong: damaged, incomplete, shapes that do not fit, more declared than it holds, or a
-        class of a model that is not loaded (import the module that defines it first). Nothing in a file is ever executed.
+        For a file that is damaged, incomplete or has inconsistent shapes, and for a model whose class is not loaded (import
+        its module first); the message contains the file and the reason. Nothing in a file is executed.
     ImportError
         For ``.nc`` without the extra ``io``.
     FileNotFoundError
-        If there is no such file.
+        If the file does not exist.
     """
     source = validation.file(path, "path")
     if source.suffix == ".nc":
@@ -54,7 +54,7 @@ def load(path: str | Path) -> Solution:
 
 def restored(t: np.ndarray, q: np.ndarray, aux: dict[str, np.ndarray], kept: dict[str, Any], model: Model, grid: Grid,
              source: Path) -> Solution:
-    """Return the solution of arrays and a configuration."""
+    """Return the `Solution` made of arrays and a configuration read from ``source``."""
     status, message = str(kept.get("status")), kept.get("message", "")
     if status not in Status.__members__:
         raise Unreadable(source, f"its status is {status!r}, not one of {', '.join(Status.__members__)}")

@@ -1,4 +1,4 @@
-"""netCDF after the CF conventions: what a dataset holds, written frame by frame, and read back."""
+"""netCDF files after the CF conventions: layout of the variables, a writer that appends time levels, and a reader."""
 
 import json
 import os
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-#: A file may declare this many times its own size: packed by other tools, states shrink, but no further.
+#: Largest accepted ratio of declared content to file size: files compressed by other tools are smaller than their content.
 LARGEST_RATIO = 100
 
-#: Names that coordinates and dimensions take.
+#: Names reserved for coordinates and dimensions.
 TAKEN = ("time", "x", "x_bounds", "bounds")
 
 
 @attrs.frozen
 class Field:
-    """A variable of a file: what a model calls ``original``, in which role, and its attributes.
+    """netCDF variable: its valid name, the name ``original`` of the model, its role and its attributes.
 
     ``role`` is ``"conserved"``, ``"observable"`` (both over time and x) or ``"given"`` (the aux functions, over x).
     """
@@ -51,7 +51,7 @@ class Field:
 
 
 def fields(model: Model, q: np.ndarray, aux: Mapping[str, np.ndarray]) -> list[Field]:
-    """Return the variables of a model; ``q`` (num_eqn, n) is any state. Observables that are rows of q are not repeated."""
+    """Return the list of variables of a model for any state ``q`` (num_eqn, n), without observables that are rows of q."""
     derived = [name for name, values in model.observables(q, aux).items()
                if not any(np.shares_memory(values, row) for row in q)]
     result, taken = [], set(TAKEN)
@@ -71,30 +71,30 @@ def fields(model: Model, q: np.ndarray, aux: Mapping[str, np.ndarray]) -> list[F
 
 
 def frame(model: Model, layout: list[Field], q: np.ndarray, aux: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the values over time and x of one state, {name: (n,)}."""
+    """Return conserved components and observables of one state, {name: (n,)}."""
     values = {"conserved": dict(zip(model.conserved, q, strict=True)), "observable": model.observables(q, aux)}
     return {field.name: values[field.role][field.original] for field in layout if field.role in values}
 
 
 def coordinates(grid: Grid) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
-    """Return dimensions, values and attributes of the coordinates of a grid."""
+    """Return the coordinates of a grid, {name: (dimensions, values, attributes)}."""
     edges = grid.edges
     return {"x": (("x",), grid.centers, {"units": "m", "axis": "X", "long_name": "centre of the cell", "bounds": "x_bounds"}),
             "x_bounds": (("x", "bounds"), np.stack([edges[:-1], edges[1:]], axis=1), {})}
 
 
-#: Attributes of the time.
+#: Attributes of the time coordinate.
 TIME = {"units": "s", "axis": "T", "long_name": "time since the start of the clock"}
 
 
 def global_attributes(kept: Mapping[str, Any]) -> dict[str, str]:
-    """Return the attributes of a dataset with that configuration."""
+    """Return the global attributes of a dataset, {name: text}."""
     return {"Conventions": "CF-1.11", "title": f"{kept['model']['class']} on {kept['grid']['num_cells']} cells",
             "source": f"fvkit {VERSION}", "references": kept["citation"], "configuration": json.dumps(kept, allow_nan=False)}
 
 
 def dataset(solution: Results) -> "Dataset":
-    """Return a solution as an xarray.Dataset, see `Solution.to_xarray`."""
+    """Return a solution as an ``xarray.Dataset``, see `Solution.to_xarray`."""
     xarray = _library("xarray", "to_xarray")
     model, aux = solution.model, solution.aux
     layout = fields(model, solution.q[0], aux)
@@ -107,23 +107,23 @@ def dataset(solution: Results) -> "Dataset":
 
 
 class Writer:
-    """A netCDF file that grows by a frame at a time, under a temporary name until it is whole.
+    """netCDF writer that appends one time level per call, under a temporary name until the file is complete.
 
     Parameters
     ----------
-    path : where the file shall stand; until `finish` it is ``NAME.part.nc`` in the same folder, which holds every frame
-        added so far, whatever becomes of the process.
-    model, grid, aux : whose states they are.
-    q : (num_eqn, n) any of them.
-    kept : configuration, to be replaced by that of the end.
-    part : another temporary name, which no one else uses.
+    path : final path of the file. Until `finish` it is ``NAME.part.nc`` in the same folder, which contains every time level
+        added so far, even if the process is killed.
+    model, grid, aux : model, grid and aux values of the states.
+    q : (num_eqn, n) any state.
+    kept : preliminary configuration; `finish` replaces it.
+    part : another temporary path, used by this writer alone.
 
     Raises
     ------
     ValueError
-        If another run writes a file of that temporary name now.
+        If another run is writing to the temporary file.
     OSError
-        Where the disk is full or fails, naming the temporary file, which keeps the frames before.
+        If the disk is full or fails; the message contains the temporary file, which keeps the earlier time levels.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
@@ -143,7 +143,7 @@ class Writer:
             raise
 
     def _fill(self, grid: Grid, kept: Mapping[str, Any]) -> None:
-        """Write what does not hang on time."""
+        """Write the time-independent variables."""
         n = grid.num_cells
         self._file.dimensions = {"time": None, "x": n, "bounds": 2}
         self._add("time", ("time",), TIME, chunks=(512,))
@@ -157,7 +157,7 @@ class Writer:
         self._attributes(kept)
 
     def _check(self) -> None:
-        """Raise what the disk has refused."""
+        """Raise the stored write error of the file, if there is one."""
         error = self._disk.error
         if error is not None:
             raise OSError(error.errno, f"{error.strerror}; the frames before are in the file", str(self.part)) from error
@@ -173,7 +173,7 @@ class Writer:
         self._raw.flush()
 
     def add(self, t: float, q: np.ndarray) -> None:
-        """Add the state at a time; the time comes last, and then everything goes to disk."""
+        """Append the state at time ``t`` and flush; the time is written last, so an incomplete time level is detected."""
         k = self._count
         self._file.resize_dimension("time", k + 1)
         for name, values in frame(self._model, self._layout, q, self._aux).items():
@@ -191,14 +191,14 @@ class Writer:
         self._disk.close()
 
     def _seal(self) -> None:
-        """Note the checksum of everything that `read` takes from the file."""
+        """Write the checksum of all values that `read` uses."""
         self._digest.update(self._file.attrs["configuration"].encode())
         self._file.attrs["checksum"] = self._digest.hexdigest()
         self._file.flush()
         self._raw.flush()
 
     def finish(self, kept: Mapping[str, Any]) -> Path:
-        """Write the configuration of the end, close the file and give it its name."""
+        """Write the final configuration, close the file, rename it to its final path and return that."""
         self._attributes(kept)
         self._seal()
         self.close()
@@ -219,7 +219,7 @@ class Writer:
 
 
 def write(solution: Results, path: Path) -> Path:
-    """Write a solution to a netCDF file, whole or not at all."""
+    """Write a solution to a netCDF file atomically and return its path."""
     kept, part = configuration_of(solution), temporary_beside(path)
     try:
         with Writer(path, solution.model, solution.grid, solution.aux, solution.q[0], kept, part) as writer:
@@ -231,17 +231,17 @@ def write(solution: Results, path: Path) -> Path:
         raise OSError(cause.errno, f"{cause.strerror}, so nothing was changed", str(path)) from error
 
 
-#: Of a solution in a file: times, states, aux values, configuration, model, grid.
+#: Content of a solution file: times, states, aux values, configuration, model, grid.
 Pieces = tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, Any], Model, Grid]
 
 
 def read(path: Path) -> Pieces:
-    """Read what a netCDF file holds of a solution, see `fvkit.load`."""
+    """Return the content of a solution from a netCDF file, see `fvkit.load`."""
     h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
     if not path.exists():
         raise FileNotFoundError(f"there is no file {path}")
     try:
-        # Opened by h5py first: h5netcdf cannot close what it could not open.
+        # h5py opens the file first, since h5netcdf leaves it open when it fails to open it.
         with h5py.File(path, "r") as raw, h5netcdf.File(raw, "r") as file:
             return _read(file, path)
     except Unreadable:
@@ -280,18 +280,18 @@ def _read(file: Any, path: Path) -> Pieces:
         q[:, row] = values(found.get(("conserved", name)), name, (k, n))
     aux = {name: values(found.get(("given", name)), name, (n,)) for name in model.aux}
     _check(file.attrs.get("checksum"), t, q, aux, kept_text, path)
-    while k > 1 and not t[k - 1] > t[k - 2]:  # a frame that was cut off: its time comes last
+    while k > 1 and not t[k - 1] > t[k - 2]:  # drop an incomplete time level, whose time was not written
         k -= 1
     return t[:k], q[:k], aux, kept, model, grid
 
 
 def _digest(aux: Iterable[np.ndarray]) -> Any:
-    """Start a checksum: of the aux values, to which times and states, frame by frame, and the configuration are added."""
+    """Return a hash object of the aux values; the caller adds times, states and the configuration."""
     return sha256(b"".join(np.ascontiguousarray(values, dtype=float).tobytes() for values in aux))
 
 
 def _check(checksum: Any, t: np.ndarray, q: np.ndarray, aux: Mapping[str, np.ndarray], kept: str, path: Path) -> None:
-    """Refuse values that are not those that were written; a run that was cut off has left no checksum."""
+    """Raise `Unreadable` where the checksum differs from the values; the file of an interrupted run has no checksum."""
     if checksum is None:
         return
     found = _digest(aux.values())

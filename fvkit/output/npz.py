@@ -1,4 +1,4 @@
-"""Archives: named arrays in an ``.npz`` file, and a reader that trusts nothing it reads."""
+"""Archives of named arrays in ``.npz`` files: atomic writing, and a reader for untrusted files."""
 
 import struct
 import zipfile
@@ -19,13 +19,13 @@ _HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0
 
 
 def write_archive(path: str | Path, arrays: Mapping[str, Any]) -> Path:
-    """Write arrays and texts to an ``.npz`` file, whole or not at all; uncompressed, so that its size tells its content."""
+    """Write arrays and texts to an uncompressed ``.npz`` file atomically and return its path."""
     given: dict[str, Any] = {name: np.asarray(values) for name, values in arrays.items()}
     return write_whole(path, lambda file: fill(file, given))
 
 
 def fill(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
-    """Write the entries of an ``.npz`` file. `numpy.savez` did not close its archive where the disk was full, before NumPy 2."""
+    """Write the entries of an ``.npz`` file. Before NumPy 2 `numpy.savez` left its archive open when the disk was full."""
     with zipfile.ZipFile(file, "w") as archive:
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
@@ -33,17 +33,17 @@ def fill(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
 
 
 class Archive:
-    """The arrays of an ``.npz`` file, all read and checked.
+    """Reader that loads and checks all arrays of an ``.npz`` file.
 
-    No entry may be compressed, none may declare more than the file holds, and none may hold objects: nothing is unpickled, and
-    nothing unpacks to more than the size of the file.
+    Compressed entries, object arrays and entries that declare more bytes than the file has are errors. So nothing is
+    unpickled, and the arrays need no more memory than the size of the file.
 
     Raises
     ------
     Unreadable
-        Naming the file and what is wrong with it.
+        For an invalid file; the message contains the file and the reason.
     FileNotFoundError
-        If there is none.
+        If the file does not exist.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -63,7 +63,7 @@ class Archive:
             raise self.refused(f"it is damaged or no .npz file ({error})") from None
 
     def refused(self, reason: str) -> Unreadable:
-        """The error of this file."""
+        """Return the error `Unreadable` for this file and a reason."""
         return Unreadable(self.path, reason)
 
     def _check(self, entries: list[zipfile.ZipInfo]) -> None:
@@ -95,7 +95,7 @@ class Archive:
         return self.arrays[name]
 
     def text(self, name: str) -> str:
-        """The text of that name."""
+        """Return the text stored under ``name``."""
         value = self._get(name)
         if value.ndim or value.dtype.kind != "U":
             raise self.refused(f"{name!r} must be a text, got shape {value.shape} of {value.dtype}")
@@ -105,7 +105,7 @@ class Archive:
             raise self.refused(f"{name!r} is no text ({error})") from None
 
     def numbers(self, name: str, shape: tuple[int | None, ...] | None, kind: str = "f") -> np.ndarray:
-        """The array of that name; None for any shape, in it for any length, ``kind`` f for floats of 8 bytes, i for integers."""
+        """Return the array stored under ``name``, checked: shape None is any, a length None is any; kind f float64, i int64."""
         value = self._get(name)
         shape = value.shape if shape is None else shape
         allowed = ", ".join("any" if length is None else str(length) for length in shape)
@@ -116,12 +116,12 @@ class Archive:
         return value
 
 
-#: What the first entry of a file says it is.
+#: Format identifiers, stored in the entry ``format``.
 FORMAT, CHECKPOINT = "fvkit solution 1", "fvkit checkpoint 3"
 
 
 def expect_format(archive: Archive, kind: str) -> None:
-    """Refuse an archive that is something else, saying what reads it."""
+    """Raise `Unreadable` for an archive of another format; the message contains the function that reads it."""
     found = archive.text("format")
     if found != kind:
         other = {FORMAT: "fv.load reads it", CHECKPOINT: "fv.resume continues it"}.get(found, "nothing here reads it")

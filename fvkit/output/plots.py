@@ -1,4 +1,4 @@
-"""Pictures of one solution: state, profile, space-time, speeds, hyperbolicity margin; and films of the first two."""
+"""Plots of one solution: state, profile, space-time diagram, speeds, hyperbolicity margin; and animations."""
 
 import os
 import tempfile
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 
-#: Shades of what lies on the bottom, from below: grains, water, others.
+#: Fill colours of the layers above the bottom, lowest first.
 SHADES = ("#C9A66B", "#8FC1E3", "#B9B9D9")
 
 
 def plot_state(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axes":
-    """Draw every observable of a solution at output ``i`` over x, and the bottom if there is one."""
+    """Plot every observable of a solution at output ``i`` over x, and the bottom if it is not zero."""
     target = ax if ax is not None else new_axes()[1][0]
     x = solution.grid.centers
     for k, (name, values) in enumerate(solution.observables(i).items()):
@@ -39,12 +39,12 @@ def plot_state(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axe
 
 
 def profile(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axes":
-    """Draw what lies on the bottom at output ``i``, one shade per constituent, as the model's ``thicknesses`` has it.
+    """Plot the layers above the bottom at output ``i``, one colour per entry of the model's ``thicknesses``.
 
     Raises
     ------
     ValueError
-        If the model has no thicknesses: take kind="state".
+        If the model defines no ``thicknesses``; use kind="state" then.
     """
     target = ax if ax is not None else new_axes()[1][0]
     x, below = solution.grid.centers, solution.aux.get("b", np.zeros(solution.grid.num_cells))
@@ -61,13 +61,13 @@ def profile(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axes":
 
 
 def _label(solution: Results, name: str) -> str:
-    """A name with its unit, where the model knows it."""
+    """Return the axis label of an observable: its name, with its unit if ``Model.quantities`` contains one."""
     unit, _ = solution.model.quantities.get(name, ("", ""))
     return f"{name}, {unit}" if unit not in ("", "1") else name
 
 
 def space_time(solution: Results, ax: "Axes | None" = None, name: str | None = None) -> "Axes":
-    """Draw an observable, the first by default, over x and the output times, as colours."""
+    """Plot a space-time diagram of an observable, the first by default: colours over x and the output times."""
     target = ax if ax is not None else new_axes()[1][0]
     known = list(solution.observables(0))
     chosen = known[0] if name is None else validation.choice(name, "name", known)
@@ -82,9 +82,9 @@ def space_time(solution: Results, ax: "Axes | None" = None, name: str | None = N
 
 
 def speeds(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axes":
-    """Draw the characteristic speeds at output ``i``: all of them where the model knows them, else their bounds.
+    """Plot the characteristic speeds at output ``i``: all of them if the model defines ``eigenvalues``, else their bounds.
 
-    Complex ones are drawn by their real part, dotted.
+    Dotted lines show the real part of complex speeds.
     """
     target = ax if ax is not None else new_axes()[1][0]
     x, q = solution.grid.centers, solution.q[i]
@@ -105,7 +105,7 @@ def speeds(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axes":
 
 
 def margin(solution: Results, ax: "Axes | None" = None, i: int = -1) -> "Axes":
-    """Draw how far the speeds are from turning complex at output ``i``; where they are complex, the ground is red."""
+    """Plot the hyperbolicity margin at output ``i``; cells with complex speeds are shaded."""
     target = ax if ax is not None else new_axes()[1][0]
     values = solution.hyperbolicity_margin(i)
     target.plot(solution.grid.centers, np.where(np.isfinite(values), values, np.nan), color=COLORS[0], label="margin")
@@ -122,25 +122,25 @@ def _finish(target: "Axes", solution: Results, i: int, label: str) -> "Axes":
     return target
 
 
-#: What `Solution.plot` draws, by kind.
+#: Plot functions of `Solution.plot`, by kind.
 KINDS: dict[str, Callable[[Results, "Axes | None", int], "Axes"]] = {
     "state": plot_state, "profile": profile, "speeds": speeds, "margin": margin}
 
 
 def animate(solution: Results, path: str | Path, kind: str = "state", fps: int = 12, ax: "Axes | None" = None) -> Path:
-    """Write a film of all outputs, a frame each, to ``.gif``, or to ``.mp4`` where ffmpeg is installed.
+    """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
 
     Raises
     ------
     ValueError
-        For another ending, or an .mp4 without ffmpeg.
+        For another file extension, or for .mp4 without ffmpeg.
     """
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 
     draw = KINDS[validation.choice(kind, "kind", KINDS)]
     rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
     axes = ax if ax is not None else new_axes()[1][0]
-    figure = None if axes.figure is None else axes.figure.figure  # the whole one, also of axes in a part of it
+    figure = None if axes.figure is None else axes.figure.figure  # the top-level figure, also for axes in a subfigure
     if figure is None:
         raise ValueError("`ax` must be in a figure")
     limits = _limits(solution, draw)
@@ -158,7 +158,7 @@ def animate(solution: Results, path: str | Path, kind: str = "state", fps: int =
 
 
 def checked_film(path: str | Path) -> Path:
-    """Return the path of a film, or raise where it cannot be written."""
+    """Return the path of an animation, or raise ValueError if its format cannot be written."""
     from matplotlib.animation import FFMpegWriter
 
     target = Path(path)
@@ -170,6 +170,6 @@ def checked_film(path: str | Path) -> Path:
 
 
 def _limits(solution: Results, draw: Callable[[Results, "Axes | None", int], "Axes"]) -> tuple[float, float]:
-    """Limits of y that hold every frame."""
+    """Return limits of the y axis that contain every frame, (low, high)."""
     seen = [draw(solution, None, i).get_ylim() for i in range(len(solution.t))]
     return min(low for low, _ in seen), max(high for _, high in seen)

@@ -1,4 +1,4 @@
-"""Saving solutions: ``.npz`` with the hard dependencies alone, netCDF where its libraries are installed."""
+"""Saving solutions to ``.npz`` (NumPy alone) or netCDF files (with the extra ``io``)."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ from fvkit.output.status import Results
 
 
 def save(solution: Results, path: str | Path) -> Path:
-    """Write a solution to a ``.nc`` or ``.npz`` file, see `Solution.save`."""
+    """Write a solution to a ``.nc`` or ``.npz`` file and return its path, see `Solution.save`."""
     target = validation.file(path, "path")
     if target.suffix == ".nc":
         from fvkit.output.netcdf import write

@@ -1,4 +1,4 @@
-"""`Solution`, its status and statistics."""
+"""`Solution`: output states of a run, with status, statistics, files and plots."""
 
 from html import escape
 from pathlib import Path
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 @attrs.frozen(eq=False, repr=False)
 class Solution:
-    """States at the output times, with all that is needed to read them.
+    """Solution of a problem: states at the output times, with grid, model, status, statistics and configuration.
 
     Parameters
     ----------
-    t : (k,) times, s, the start first.
-    q : (k, num_eqn, num_cells) cell averages. A failed run ends with the last accepted state.
-    aux : {name: (num_cells,)}.
-    grid, model : where and what.
-    status : `Status`; ``success``: it reached its end, or where ``stop`` told it to.
-    stats : `Stats`.
-    message : one sentence: how the run ended, and where if it failed.
-    configuration : plain data: model, scheme, boundary, sources, grid and times with all defaults, backend, versions,
-        status, statistics, citation. `fvkit.output.configuration.build` makes its parts again.
+    t : (k,) output times, s, starting with the initial time.
+    q : (k, num_eqn, num_cells) cell averages. The last state of a failed run is the last accepted one.
+    aux : cell averages of the aux functions, {name: (num_cells,)}.
+    grid, model : grid and model of the problem.
+    status : `Status` at the end of the run.
+    stats : `Stats` of the run.
+    message : one sentence: the status, with time and position of a failure.
+    configuration : JSON data: model, scheme, boundary, sources, grid and times with all defaults, backend, versions,
+        status, statistics, citation. `fvkit.output.configuration.build` restores its objects.
     """
 
     t: np.ndarray
@@ -46,24 +46,24 @@ class Solution:
 
     @property
     def success(self) -> bool:
-        """Whether the run reached its end, or the point where ``stop`` told it to stop."""
+        """Whether the run reached its end time or its stop rule, the ``until`` of `fvkit.solve`."""
         return self.status in (Status.FINISHED, Status.STOPPED)
 
     def observables(self, i: int = -1) -> dict[str, np.ndarray]:
-        """What a person looks at, {name: (num_cells,)}, at output ``i``."""
+        """Return the observables at output ``i``, such as depth and velocity, {name: (num_cells,)}."""
         return self.model.observables(self.q[i], self.aux)
 
     def hyperbolicity_margin(self, i: int = -1) -> np.ndarray:
-        """How far the speeds are from turning complex at output ``i``, (num_cells,): negative where they are."""
+        """Return the hyperbolicity margin at output ``i``, (num_cells,): negative where characteristic speeds are complex."""
         return self.model.hyperbolicity_margin(self.q[i])
 
     def save(self, path: str | Path) -> Path:
-        """Write everything to a file that `fvkit.load` reads bit for bit; an existing file survives any failure.
+        """Save the solution to a file that `fvkit.load` reads bit for bit; an existing file is kept if writing fails.
 
         Parameters
         ----------
-        path : ``.npz`` needs nothing more; ``.nc`` is netCDF after CF-1.11 with a variable for every component and
-            observable, for any reader of netCDF, and needs the extra ``io``.
+        path : ``.npz`` needs NumPy alone; ``.nc`` is netCDF after CF-1.11 with a variable for every component and
+            observable, and needs the extra ``io``.
 
         Returns
         -------
@@ -73,7 +73,7 @@ class Solution:
         Raises
         ------
         ValueError
-            For another ending.
+            For another file extension.
         ImportError
             For ``.nc`` without the extra.
         """
@@ -84,8 +84,8 @@ class Solution:
     def to_xarray(self) -> "Dataset":
         """Return an ``xarray.Dataset``: components, observables and aux values with units over time and x.
 
-        Names are those of the model, made valid ("hs vs" is hs_vs, with the attribute original_name); the attribute
-        configuration is the whole configuration as JSON.
+        Variables have the model's names, made valid ("hs vs" becomes hs_vs, with the attribute original_name); the attribute
+        configuration contains the configuration as JSON.
 
         Raises
         ------
@@ -97,14 +97,14 @@ class Solution:
         return dataset(self)
 
     def plot(self, ax: "Axes | None" = None, i: int = -1, kind: str = "state") -> "Axes":
-        """Draw the solution at output ``i``; returns the axes. Kinds are ``"state"`` (all observables), ``"profile"`` (what
-        lies on the bottom), ``"speeds"``, ``"margin"``; see also `fvkit.output.plots.space_time`."""
+        """Plot the solution at output ``i`` and return the axes. Kinds are ``"state"`` (all observables), ``"profile"`` (layers
+        above the bottom), ``"speeds"``, ``"margin"``; see also `fvkit.output.plots.space_time`."""
         from fvkit.output.plots import KINDS
 
         return KINDS[validation.choice(kind, "kind", KINDS)](self, ax, i)
 
     def animate(self, path: str | Path, kind: str = "state", fps: int = 12, ax: "Axes | None" = None) -> Path:
-        """Write a film of all outputs, .gif or (with ffmpeg) .mp4; see `fvkit.output.plots.animate`."""
+        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4; see `fvkit.output.plots.animate`."""
         from fvkit.output.plots import animate
 
         return animate(self, path, kind, fps, ax)
@@ -117,7 +117,7 @@ class Solution:
                 f"{stats.backend}, {stats.seconds:.3g} s>")
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: how the run ended, and its statistics."""
+        """Return an HTML table for notebooks: status and statistics of the run."""
         stats = self.stats
         rows = {"model": type(self.model).__name__, "cells": self.grid.num_cells, "t": f"{self.t[-1]:.6g}",
                 "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,

@@ -1,4 +1,4 @@
-"""How a run ended: its status, its statistics, and the errors that carry its solution."""
+"""Status and statistics of a run, and the exceptions that contain its partial solution."""
 
 from enum import Enum
 from typing import Any, Protocol
@@ -12,7 +12,7 @@ from fvkit.validation import Portable
 
 
 class Status(Enum):
-    """How a run ended; the value is the sentence."""
+    """Outcome of a run; the value of each member is a sentence for messages."""
 
     FINISHED = "the end time was reached"
     MAX_STEPS = "the number of steps reached its limit, max_steps, before the end time"
@@ -35,9 +35,9 @@ class Stats:
 
     Parameters
     ----------
-    steps, rejected : accepted and rejected steps.
+    steps, rejected : numbers of accepted and rejected steps.
     cell_updates : cells x (accepted + rejected steps).
-    seconds, compile_seconds : wall time of the stepping, and of compilation.
+    seconds, compile_seconds : wall time of the stepping and of compilation, s.
     max_cfl : largest Courant number of an accepted step.
     backend : the one that ran.
     nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
@@ -63,12 +63,12 @@ class Stats:
 
     @property
     def ns_per_cell_step(self) -> float:
-        """Wall time per cell and step, nanoseconds."""
+        """Wall time per cell and step, ns."""
         return 1e9 * self.seconds / self.cell_updates if self.cell_updates else 0.0
 
 
 class Results(Protocol):
-    """What files and pictures take of a run: a `fvkit.Solution`, or what has the same attributes."""
+    """Protocol of the results that files and plots use: a `fvkit.Solution`, or an object with the same attributes."""
 
     @property
     def t(self) -> np.ndarray: ...
@@ -103,16 +103,16 @@ class Results(Protocol):
 
 
 class SolveError(Portable, RuntimeError):
-    """A run that failed, with the partial solution.
+    """Exception of a failed run, with the partial solution.
 
     Parameters
     ----------
-    status : `Status`.
-    time, cell, x : when, s, and where; the cell is -1 where no cell is to blame.
-    state : the offending state of that cell, (num_eqn,).
-    step : number of the step that failed.
-    names : of the components of the state.
-    solution : the partial `Solution`; None when a `Stepper` was driven by hand.
+    status : `Status` of the run.
+    time, cell, x : time, s, cell and position, m, of the failure; the cell is -1 if the failure belongs to no cell.
+    state : invalid state of that cell, (num_eqn,).
+    step : number of the failed step.
+    names : names of the components of the state.
+    solution : the partial `Solution`; None for a `Stepper` used without `solve`.
     """
 
     def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int,
@@ -125,4 +125,4 @@ class SolveError(Portable, RuntimeError):
 
 
 class Interrupted(SolveError, KeyboardInterrupt):
-    """A run that the user stopped (Ctrl-C): a `SolveError` with the partial solution, and a KeyboardInterrupt."""
+    """Exception of a run interrupted by Ctrl-C: a `SolveError` with the partial solution, and a KeyboardInterrupt."""

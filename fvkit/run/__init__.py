@@ -1,1 +1,1 @@
-"""Runs: the time loop, its observers, stops, checkpoints and failures."""
+"""Runs: time loop, observers, stop rules, checkpoints and failures."""

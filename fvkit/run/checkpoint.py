@@ -1,4 +1,4 @@
-"""Checkpoints: everything that a run needs to go on, in a file that a kill at any moment leaves whole."""
+"""Checkpoints: atomic files from which `fvkit.resume` continues a run."""
 
 import json
 import time as clock
@@ -33,17 +33,17 @@ def _seconds(value: Any) -> float | None:
 
 @attrs.frozen
 class Checkpoint:
-    """When and where a run leaves what it needs to go on, see `fvkit.resume`.
+    """Checkpoint settings: file and interval; `fvkit.resume` continues a run from the file.
 
-    It is written between two steps, at the first pause after it is due (a pause about every 0.1 s), and at the end of the run,
-    also one that fails or is stopped. It replaces the one before in one move: a kill while writing leaves that one. It does
-    not change the steps of the run by a bit.
+    A checkpoint is written between two steps, at the first return to Python after it is due (about every 0.1 s), and at the
+    end of the run, failed and stopped runs included. Each checkpoint replaces the previous one atomically, so killing the
+    process while it writes leaves the previous one. Checkpoints do not change the results of a run.
 
     Parameters
     ----------
-    path : file, ends in .npz; its folder must exist.
-    seconds : wall time between two, s, >= 0; None for none.
-    interval : simulated time between two, s; None for none.
+    path : path of the file, ends in .npz; its folder must exist.
+    seconds : wall time between two checkpoints, s, >= 0; None for no such interval.
+    interval : simulated time between two checkpoints, s; None for no such interval.
     """
 
     path: Path = attrs.field(converter=_path)
@@ -58,7 +58,7 @@ class Checkpoint:
 
 
 class Saver:
-    """Writes the checkpoints of one run."""
+    """Writer of the checkpoints of one run."""
 
     def __init__(self, checkpoint: Checkpoint, stepper: Stepper, frames: Snapshots, targets: list[float],
                  control: Any) -> None:
@@ -69,12 +69,12 @@ class Saver:
         self._last: tuple[float, int] | None = None
 
     def begin(self) -> None:
-        """Replace the file of another run at once: a kill before the first checkpoint must not leave that to be resumed."""
+        """Overwrite an existing file at the start, so that the checkpoint of another run cannot be resumed by mistake."""
         if self.checkpoint.path.exists():
             self.write()
 
     def hint(self) -> str:
-        """Where the run can go on."""
+        """Return the part of a message that describes how to continue the run."""
         path = str(self.checkpoint.path)
         if self._last is None:
             return f"no checkpoint was written: {path} is as it was" if self.checkpoint.path.exists() else \
@@ -113,18 +113,18 @@ class Saver:
 
 
 def _entry(number: int, name: str) -> str:
-    """Name of the notes of an observer in a file."""
+    """Return the name of an array of an observer's record in a checkpoint."""
     return f"observer_{number}_{name}"
 
 
 def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
-    """Give observers their notes of a run up to its checkpoint; warn where the file has none, and where no observer takes them.
+    """Restore the records of observers from a checkpoint; warn about observers without a record and records without an observer.
 
     Parameters
     ----------
-    observers : of the run that goes on; they are found in the file by their class and fields.
-    stepper : where the checkpoint is.
-    archive, kept : the file, and what its plan says of observers.
+    observers : observers of the continued run; an observer and its record are matched by class and fields.
+    stepper : stepper restored to the checkpoint.
+    archive, kept : the checkpoint file, and the list of observers from its plan.
     """
     if not (isinstance(kept, list) and all(isinstance(one, dict) and isinstance(one.get("notes"), list) for one in kept)):
         raise archive.refused("its plan does not say which observers it has the notes of")

@@ -1,4 +1,4 @@
-"""`Fate`: how a run ends, whoever ended it: its scheme, its user, a function of the user's, the disk."""
+"""Outcome of a run: its status, the first exception, and where it happened."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -12,14 +12,14 @@ from fvkit.run.stepper import Stepper
 
 @attrs.define
 class Fate:
-    """The status of a run, and the first failure, if there is one.
+    """Outcome of a run: its status and the first exception, None without.
 
     Parameters
     ----------
-    stepper : of the run.
-    doing : what goes on now, for the sentence about an exception.
-    status, failure : how the run ended so far.
-    words : more to say at the end: where a run that failed can be continued.
+    stepper : stepper of the run.
+    doing : current activity, for the message of an exception.
+    status, failure : current status and first exception.
+    words : further parts of the final message, such as how to continue a failed run.
     """
 
     stepper: Stepper
@@ -30,7 +30,7 @@ class Fate:
 
     @contextmanager
     def watch(self, doing: str) -> Iterator[None]:
-        """Note what ends the block; only the first failure of a run counts."""
+        """Context manager that catches and records exceptions; the first one sets status and failure of the run."""
         self.doing = doing
         try:
             yield
@@ -38,7 +38,7 @@ class Fate:
             self._fail(error, error.status)
         except KeyboardInterrupt:
             self._fail(self.stepper.interrupted(), Status.INTERRUPTED)
-        except Exception as error:  # a user's function may raise anything: it is passed on, but nothing may be lost
+        except Exception as error:  # user code may raise anything: results are kept, and `solve` raises it at the end
             self.words.append(f"raised while {self.doing}, at t = {self.stepper.t:.8g}, step {self.stepper.steps}")
             self._fail(error, Status.ERROR)
 
@@ -50,19 +50,19 @@ class Fate:
 
     @property
     def message(self) -> str:
-        """One sentence: how the run ended."""
+        """Final message of the run, one sentence."""
         if self.failure is None:
             return self.status.value
         first = str(self.failure) if isinstance(self.failure, SolveError) else f"{type(self.failure).__name__}: {self.failure}"
         return "; ".join([first, *self.words])
 
     def tell(self, solution: Solution) -> None:
-        """Let the failure say what is known, and carry the partial solution."""
+        """Attach the context and the partial solution to the exception."""
         error = self.failure
         if isinstance(error, SolveError):
             error.args = (self.message,)
         elif error is not None:
-            with suppress(AttributeError):  # an exception that takes nothing is passed on all the same
+            with suppress(AttributeError):  # some exceptions do not accept notes
                 error.add_note("; ".join(self.words))
-        with suppress(AttributeError):  # an exception may be frozen
-            error.solution = solution  # type: ignore[union-attr]  # any exception may carry it
+        with suppress(AttributeError):  # an exception may be immutable
+            error.solution = solution  # type: ignore[union-attr]  # attribute added to any exception

@@ -1,4 +1,4 @@
-"""Ctrl-C during a study, which makes many runs: the study ends, and what was done is not lost."""
+"""Ctrl-C during a study of many runs: the study ends and its partial results are kept."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,7 +9,7 @@ from fvkit.output.status import Status
 
 
 def uninterrupted(solution: Solution) -> Solution:
-    """Return the solution of a run that ended by itself; raise KeyboardInterrupt where the user ended it."""
+    """Return the given solution; raise KeyboardInterrupt if its run was interrupted by Ctrl-C."""
     if solution.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
     return solution
@@ -17,9 +17,9 @@ def uninterrupted(solution: Solution) -> Solution:
 
 @contextmanager
 def keeping(result: Callable[[], Any]) -> Iterator[None]:
-    """Let the KeyboardInterrupt that ends a study carry what was done so far as its attribute ``result``, None for nothing."""
+    """Context manager that stores the partial result of a study in attribute ``result`` of a KeyboardInterrupt."""
     try:
         yield
     except KeyboardInterrupt as error:
-        error.result = result()  # type: ignore[attr-defined]  # for who asked for the study
+        error.result = result()  # type: ignore[attr-defined]  # read by the caller of the study
         raise

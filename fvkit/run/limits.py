@@ -1,4 +1,4 @@
-"""`Limits`: what a run may use up before it ends as failed."""
+"""`Limits`: largest number of steps and largest wall time of a run."""
 
 import attrs
 import numpy as np
@@ -9,7 +9,7 @@ from fvkit.validation import integer, optional_number
 
 @attrs.frozen
 class Limits(Part):
-    """Limits of a run: steps and wall time.
+    """Limits of a run: steps and wall time. A run that exceeds a limit fails.
 
     Parameters
     ----------
@@ -27,5 +27,5 @@ class Limits(Part):
     seconds: float | None = optional_number(above=0.0)
 
     def used_up(self, steps: int, seconds: float) -> bool:
-        """Whether a run that has taken so many steps and so much time may not go on."""
+        """Whether so many steps, or so much wall time in seconds, reach a limit."""
         return steps >= self.steps or seconds > (np.inf if self.seconds is None else self.seconds)

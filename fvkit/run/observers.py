@@ -1,4 +1,4 @@
-"""Observers: what is noted during a run, without keeping its states. They go into ``observers`` of `fvkit.solve`."""
+"""Observers: time series and maps recorded at every step of a run, for ``observers`` of `fvkit.solve`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -15,23 +15,24 @@ from fvkit.run.stepper import Stepper
 
 @attrs.define(eq=False)
 class Observer(ABC):
-    """Abstract observer that takes notes of one run. Contract:
+    """Abstract observer, called after every accepted step of a run. Contract:
 
-    1. ``begin(problem)`` is called when a run starts; it forgets the run before.
-    2. ``see(problem, t, q)`` is called with the start, t and q (num_eqn, n), and then after each accepted step; q is a view
-       that the next step changes.
-    3. ``record()`` returns the notes so far, {name: array}, and ``recall(problem, record)`` takes such notes back, after
-       ``begin``, or raises ValueError. A checkpoint keeps them, so that an observer of the same class and fields goes on with a
-       run that `fvkit.resume` continues. Without them the run is seen from there on, which `fvkit.resume` says.
+    1. ``begin(problem)`` is called when a run starts; it clears the record.
+    2. ``see(problem, t, q)`` is called with the initial time and state q (num_eqn, n), then after each accepted step; q is a
+       view that the next step overwrites.
+    3. ``record()`` returns the record so far, {name: array}. ``recall(problem, record)`` restores such a record, after
+       ``begin``, or raises ValueError. Checkpoints contain the record, so an observer of the same class and fields continues
+       its record in a run continued by `fvkit.resume`. Without ``record`` it starts at the checkpoint, and `fvkit.resume` warns.
 
-    A run with observers comes back to Python after every step: about ten microseconds each (measured), beside their own work.
+    A run with observers returns to Python after every step, which costs about ten microseconds per step (measured) and the
+    time of the observers themselves.
     """
 
     _stepper: Stepper | None = attrs.field(default=None, init=False, repr=False)
     _steps: int = attrs.field(default=0, init=False, repr=False)
 
     def __call__(self, stepper: Stepper) -> None:
-        """Take the notes of a step."""
+        """Record a step: call ``begin`` for a new run, then ``see``."""
         problem = stepper.problem
         if stepper is not self._stepper:
             self._stepper = stepper
@@ -42,17 +43,17 @@ class Observer(ABC):
         self._steps = stepper.steps
 
     def notes(self, stepper: Stepper) -> dict[str, np.ndarray] | None:
-        """What a checkpoint of a run keeps of this observer; None where it has not begun, or keeps no record."""
+        """Return the arrays that a checkpoint stores for this observer; None before ``begin`` and without a record."""
         record = self.record() if self._stepper is stepper else None
         return None if record is None else {**record, "steps": np.array(float(self._steps))}
 
     def go_on(self, stepper: Stepper, notes: Mapping[str, np.ndarray]) -> None:
-        """Take `notes` back, where a run goes on; ValueError where they are not those of such an observer."""
+        """Restore the arrays of `notes` in a continued run; ValueError if the arrays do not fit this observer."""
         problem = stepper.problem
         self._stepper, self._steps = stepper, stepper.steps
         self.begin(problem)
         self.recall(problem, {name: values for name, values in notes.items() if name != "steps"})
-        if notes["steps"] < stepper.steps:  # an exception came between the step and its notes
+        if notes["steps"] < stepper.steps:  # an exception prevented the record of the last step
             self.see(problem, stepper.t, stepper.q)
 
     @abstractmethod
@@ -61,26 +62,26 @@ class Observer(ABC):
 
     @abstractmethod
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        """Take notes of the state at a time."""
+        """Record the state q (num_eqn, n) at time ``t``."""
 
     def record(self) -> dict[str, np.ndarray] | None:
-        """Return all notes as arrays of floats; None keeps no record."""
+        """Return the record, {name: array of floats}; None if checkpoints store no record."""
         return None
 
     def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
-        """Take the notes of a `record` back."""
+        """Restore the result of `record`."""
         raise NotImplementedError(f"{type(self).__name__} defines `record`, so it must define `recall`")
 
 
 @attrs.define
 class _Series:
-    """Values that come one after the other, in arrays that grow by doubling."""
+    """Time series of named values, in arrays that grow by doubling."""
 
     _values: dict[str, np.ndarray] = attrs.field(factory=dict)
     _count: int = 0
 
     def add(self, values: dict[str, Any]) -> None:
-        """Add one value of each name."""
+        """Append one value for each name."""
         for name, value in values.items():
             kept = self._values.get(name)
             if kept is None or len(kept) == self._count:
@@ -95,7 +96,7 @@ class _Series:
         return self._values[name][:self._count] if name in self._values else np.empty(0)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """The values of all names."""
+        """Return the values so far, {name: (k, ...)}."""
         return {name: self[name] for name in self._values}
 
 
@@ -105,18 +106,18 @@ def _positions(value: Any) -> np.ndarray:
 
 @attrs.define(eq=False)
 class Gauge(Observer):
-    """Time series of all observables at some places: the averages of the cells that hold them.
+    """Gauge: time series of all observables at given positions, as averages of the cells that contain them.
 
     Parameters
     ----------
-    x : one position or several, m, within the grid.
-    dt : time between two entries, s: the first step at or after each multiple from the start (a millionth of ``dt`` is
-        rounding) is noted, and no step is shortened for it; None notes every accepted step.
+    x : one or several positions, m, within the grid.
+    dt : time between two entries, s: an entry is the first step at or after each multiple of ``dt`` from the start (to a
+        millionth of ``dt``); steps are not shortened for it. None records every accepted step.
 
     Attributes
     ----------
     t : numpy.ndarray
-        (k,) times, s, the start first.
+        (k,) times, s, starting with the initial time.
     values : dict
         {observable: (k, number of positions)}.
 
@@ -177,14 +178,14 @@ _MAPS = ("largest", "smallest", "when")
 
 @attrs.define(eq=False)
 class Extremes(Observer):
-    """Maps of the largest and smallest value that every observable had in each cell, and when it was largest.
+    """Maps of the largest and smallest value of every observable in each cell, and of the time of the largest value.
 
     Attributes
     ----------
     largest, smallest : dict
         {observable: (num_cells,)}.
     when : dict
-        {observable: (num_cells,)}, time at which the largest was first there, s.
+        {observable: (num_cells,)}, time at which the largest value was first reached, s.
     """
 
     largest: dict[str, np.ndarray] = attrs.field(factory=dict, init=False, repr=False)
@@ -215,5 +216,5 @@ class Extremes(Observer):
             getattr(self, which)[name] = values
 
     def magnitude(self, name: str) -> np.ndarray:
-        """Return the largest absolute value of an observable in each cell, (num_cells,): the top speed for a velocity."""
+        """Return the largest absolute value of an observable in each cell, (num_cells,), such as the largest speed."""
         return np.maximum(np.abs(self.largest[name]), np.abs(self.smallest[name]))

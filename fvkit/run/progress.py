@@ -1,4 +1,4 @@
-"""Progress of runs and sweeps on stderr: tqdm's bar where it is installed, one plain line where not."""
+"""Progress bars of runs and sweeps on stderr: tqdm if installed, else one line of text."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ Progress = bool | Callable[[float], None]
 
 
 def checked(progress: Any) -> Progress:
-    """Return the argument ``progress`` of runs and sweeps, or raise."""
+    """Return the argument ``progress`` of runs and sweeps, or raise TypeError."""
     if not (isinstance(progress, bool) or callable(progress)):
         raise TypeError(f"`progress` must be True, False or a function of the share done, got {shown(progress)}")
     return progress
@@ -21,7 +21,7 @@ def checked(progress: Any) -> Progress:
 
 @contextmanager
 def reporter(progress: Progress, start: float, end: float) -> Iterator[Report]:
-    """Yield a function of (t, steps) that shows how far a run has come, at most about ten times a second."""
+    """Yield a function of (t, steps) that shows the progress of a run, at most about ten times a second."""
     if progress is False:
         yield lambda t, steps: None
         return
@@ -42,7 +42,7 @@ def reporter(progress: Progress, start: float, end: float) -> Iterator[Report]:
 
 @contextmanager
 def counter(progress: Progress, total: int, unit: str) -> Iterator[Callable[[int], None]]:
-    """Yield a function of the number done that shows how far a sweep has come."""
+    """Yield a function of the number of finished members that shows the progress of a sweep."""
     if progress is False:
         yield lambda done: None
         return
@@ -52,7 +52,7 @@ def counter(progress: Progress, total: int, unit: str) -> Iterator[Callable[[int
 
 @contextmanager
 def _shown(progress: Progress, total: float, label: str, amount: str) -> Iterator[Callable[[float, str], None]]:
-    """Yield a function of (amount done, a few words)."""
+    """Yield a function of (amount done, text) that updates the progress bar, the line or the user's function."""
     if callable(progress):
         yield lambda done, words: progress(done / total if total > 0.0 else 1.0)
         return
@@ -70,7 +70,7 @@ def _shown(progress: Progress, total: float, label: str, amount: str) -> Iterato
 
 
 def _bar(total: float, label: str, amount: str) -> Any:
-    """Tqdm's bar, in a notebook that of a notebook; None without tqdm."""
+    """Return a progress bar of tqdm, for a terminal or a notebook; None if tqdm is not installed."""
     try:
         from tqdm.auto import tqdm
     except ImportError:

@@ -1,4 +1,4 @@
-"""Where the outputs of a run go: into memory, or to disk one by one."""
+"""Recording of outputs: in memory, or streamed to a netCDF file."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -17,11 +17,11 @@ from fvkit.schemes.scheme import Scheme
 
 
 class Snapshots(ABC):
-    """Abstract collection of outputs: `add` one after the other, then `finish`; `t` and `q` are what the Solution gets."""
+    """Abstract collection of outputs: `add` appends a state, `finish` ends the run; `t` and `q` become those of the Solution."""
 
     @abstractmethod
     def add(self, t: float, q: np.ndarray) -> None:
-        """Add the state (num_eqn, n) at a time."""
+        """Append the state q (num_eqn, n) at time ``t``."""
 
     @property
     @abstractmethod
@@ -35,15 +35,15 @@ class Snapshots(ABC):
 
     @abstractmethod
     def finish(self, kept: Mapping[str, Any]) -> None:
-        """Note the configuration of the whole run, at its end."""
+        """Store the final configuration of the run."""
 
     @abstractmethod
     def abandon(self) -> None:
-        """Let go of what is open, after an error that has nothing to do with the run; what comes is kept in memory alone."""
+        """Close without finishing, after an unrelated error; later snapshots go to memory."""
 
 
 class InMemory(Snapshots):
-    """All outputs, in one array of the size that is needed in the end."""
+    """Outputs in memory, in one preallocated array."""
 
     def __init__(self, count: int, q0: np.ndarray) -> None:
         self._t: list[float] = []
@@ -69,12 +69,12 @@ class InMemory(Snapshots):
 
 
 class NetcdfStream(Snapshots):
-    """Outputs in a netCDF file, of which only the first and the last stay in memory.
+    """Outputs streamed to a netCDF file; only the first and the last state stay in memory.
 
     Parameters
     ----------
-    path : a name that ends in .nc; until the end the file is called NAME.part.nc.
-    problem, scheme : of the run, for the configuration that a file cut off has.
+    path : path that ends in .nc; until the end of the run the file is called NAME.part.nc.
+    problem, scheme : problem and scheme of the run, for the configuration stored before the run ends.
     """
 
     def __init__(self, path: Path, problem: Problem, scheme: Scheme) -> None:
@@ -93,7 +93,7 @@ class NetcdfStream(Snapshots):
                 self._writer = self._writer or self._open()
                 self._writer.add(t, q)
         except OSError:
-            self._broken = True  # what is in the file stays there; the run ends, with its last state in memory
+            self._broken = True  # the file keeps its outputs; the run ends with its last state in memory
             self._keep(t, q)
             raise
         self._keep(t, q)
@@ -133,17 +133,17 @@ def _netcdf(value: Any) -> Path:
 
 @attrs.frozen
 class Stream:
-    """Outputs written to a netCDF file as the run makes them; needs the extra ``io``.
+    """Streaming of outputs to a netCDF file during the run; needs the extra ``io``.
 
     Parameters
     ----------
-    path : a name that ends in .nc. Until the run ends, well or not, the file is called NAME.part.nc; a run that is killed
-        leaves that, readable.
+    path : path that ends in .nc. During the run the file is called NAME.part.nc; a killed run leaves that file, which
+        `fvkit.load` reads.
 
     Raises
     ------
     ValueError, TypeError
-        If ``path`` is no name of a file that ends in .nc.
+        If ``path`` is not a file name that ends in .nc.
 
     Examples
     --------
@@ -155,5 +155,5 @@ class Stream:
     path: Path = attrs.field(converter=_netcdf)
 
     def opened(self, problem: Problem, scheme: Scheme) -> Snapshots:
-        """Return what takes the outputs of a run."""
+        """Return the `Snapshots` of a run, which write to this file."""
         return NetcdfStream(self.path, problem, scheme)

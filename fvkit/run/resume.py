@@ -1,4 +1,4 @@
-"""`resume`: a run goes on from its checkpoint."""
+"""`resume`: continue a run from its checkpoint."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -28,35 +28,35 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
            limits: Limits | None = None, checkpoint: Checkpoint | bool | None = True,
            observers: Iterable[Callable[[Stepper], None]] = (), backend: str | None = None,
            progress: bool | Callable[[float], None] = False, throw: bool = True) -> Solution:
-    """Continue a run from its checkpoint: the same steps, bit for bit, as if it had never stopped.
+    """Continue a run from its checkpoint, with the same results, bit for bit, as an uninterrupted run.
 
     Parameters
     ----------
-    path : the file of the `Checkpoint`.
-    t_end : None for the output times of the run. A later one goes on to there, as one more output: the steps before the
-        old end are the same, those after it are those of a run whose ``times`` hold both ends (not of one that never
-        stopped at the old end: steps are made even before an output). An earlier one leaves out what lies behind it.
-    problem, scheme : None takes them from the file. They are needed where the file cannot hold a part, such as an
-        inflow that is a function of time; the problem must then start from the same state.
-    backend : None for that of the run; only then is the continuation the same bit for bit.
-    limits : as for `solve`, steps and seconds counted from the start of the run; None for those of the run, or for the default
-        where it ended at one of them.
+    path : path of the `Checkpoint` file.
+    t_end : new end time, s; None for the output times of the run. A later end time is one more output, so the result is
+        that of a run whose ``times`` contain the old and the new end time. An earlier end time drops the later outputs.
+    problem, scheme : problem and scheme of the run; None takes both from the file. Needed where the file cannot store an
+        object, such as an inflow that is a function of time; the problem must then have the same initial state.
+    backend : backend; None for that of the run, which is needed for bit-identical results.
+    limits : as for `solve`, counted from the start of the run; None for the limits of the run, or for the default if the
+        run ended at one of its limits.
     progress, throw : as for `solve`.
-    observers : as for `solve`. One of the class and with the fields of an observer of the run goes on with its notes, which the
-        checkpoint keeps; for another `Observer` a warning says that it sees the run from here on.
-    checkpoint : True goes on as the run did, into the same file; None or False writes none.
+    observers : as for `solve`. An observer with the class and fields of an observer of the run continues its record, which
+        the checkpoint contains; other `Observer` objects start here, with a warning.
+    checkpoint : True continues the checkpoints of the run in the same file; None or False writes none.
 
     Returns
     -------
     Solution
-        From the start of the run, its earlier outputs and statistics included.
+        Solution from the start of the run, with its earlier outputs and statistics.
 
     Raises
     ------
     ValueError
-        Naming the file and what is wrong with it; the part that no file can hold; or what differs in ``problem``.
+        For an invalid file, for an object that a file cannot store, and for a ``problem`` that differs from that of the run;
+        the message contains the file and the reason.
     SolveError
-        As `solve`.
+        As for `solve`.
     """
     if backend is not None:
         validation.choice(backend, "backend", BACKENDS)
@@ -104,7 +104,7 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
 
 
 def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
-    """Return what `Stepper.restore` needs."""
+    """Return the arrays for `Stepper.restore` from a checkpoint, {name: array}."""
     result = {"now": archive.numbers("now", problem.q0.shape), "real": archive.numbers("real", (4,)),
               "count": archive.numbers("count", (7,), "i"), "clock": archive.numbers("clock", ()),
               "masses": archive.numbers("masses", (3, max(1, len(problem.model.mass_rows()))))}
@@ -114,7 +114,7 @@ def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
 
 
 def _part(archive: Archive, kept: Mapping[str, Any], name: str, kind: type, argument: str) -> Any:
-    """Make a part again, or say which argument gives it."""
+    """Return an object restored from a checkpoint, or raise with the argument of `resume` that replaces it."""
     try:
         return part(kept, name, kind, archive.path)
     except Unreadable as error:
@@ -122,7 +122,7 @@ def _part(archive: Archive, kept: Mapping[str, Any], name: str, kind: type, argu
 
 
 def _problem(archive: Archive, kept: Mapping[str, Any], q0: np.ndarray, scheme: Scheme) -> Problem:
-    """Make the problem of a run again."""
+    """Return the `Problem` restored from a checkpoint."""
     if isinstance(kept.get("background"), Mapping) and type(scheme).background is not Scheme.background:
         raise archive.refused("background is a function whose values at faces the scheme uses, which no file can hold; give "
                               "`problem` to fvkit.resume")
@@ -139,7 +139,7 @@ def _problem(archive: Archive, kept: Mapping[str, Any], q0: np.ndarray, scheme: 
 
 
 def _same(problem: Problem, archive: Archive, q0: np.ndarray) -> Problem:
-    """Return the given problem, or say in what it differs from that of the run."""
+    """Return the given problem, or raise ValueError where it differs from that of the run."""
     validation.instance(problem, "problem", Problem)
     if not np.array_equal(problem.q0, q0):
         raise ValueError(f"`problem` has another grid or initial state than the run of {archive.path}")

@@ -1,4 +1,4 @@
-"""`rhs`: the right-hand side of the semi-discrete equations, for integrators of other libraries."""
+"""`rhs`: right-hand side of the semi-discrete equations, for time integrators of other libraries."""
 
 from collections.abc import Callable
 
@@ -12,10 +12,9 @@ from fvkit.schemes.scheme import Scheme
 
 
 def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.ndarray], np.ndarray]:
-    """Return f(t, q) = dq/dt of the semi-discrete scheme, for scipy and others.
+    """Return the right-hand side f(t, q) = dq/dt of the semi-discrete scheme, for SciPy and other libraries.
 
-    For wave propagation this is the limit dt -> 0 of the scheme, limited corrections included, with the rates of
-    all sources added.
+    For wave propagation f is the limit dt -> 0 of the scheme, limited corrections included, plus the rates of all sources.
 
     Parameters
     ----------

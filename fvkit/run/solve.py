@@ -1,4 +1,4 @@
-"""`solve` and `rhs`: where problem and scheme meet."""
+"""`solve`: time loop of a problem and a scheme, with outputs, checkpoints and observers."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -27,43 +27,43 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
           checkpoint: Checkpoint | None = None, observers: Iterable[Callable[[Stepper], None]] = (), backend: str = "auto",
           threads: int | str = 1, nonhyperbolic: str = "warn", progress: bool | Callable[[float], None] = False,
           throw: bool = True) -> Solution:
-    """Solve a problem with a scheme.
+    """Solve a problem with a scheme and return the solution at the output times.
 
     Parameters
     ----------
-    problem : what is solved.
-    scheme : how; None for second-order wave propagation with the model's default Riemann solver.
-    times : output times, s, ascending, after the start and not after ``t_end``; None for the end alone.
-    step : length of the time steps, such as ``fv.Step(dt_max=0.1)``; None for what the Courant number allows.
-    limits : what the run may use up, such as ``fv.Limits(seconds=60.0)``; None for 10,000,000 steps.
-    until : when to end before the end time, as a success, such as ``fv.StopAtRest(speed=0.01)``.
-    record : ``fv.Stream("run.nc")`` writes every output to disk as soon as it is there; None keeps all in memory. Not with
+    problem : the `Problem`.
+    scheme : the `Scheme`; None for second-order wave propagation with the model's default Riemann solver.
+    times : output times, s, ascending, after the initial time and up to ``t_end``; None for ``t_end`` alone.
+    step : length of the time steps, such as ``fv.Step(dt_max=0.1)``; None for the Courant number of the scheme.
+    limits : limits on steps and wall time, such as ``fv.Limits(seconds=60.0)``; None for 10,000,000 steps.
+    until : stop rule that ends the run successfully before the end time, such as ``fv.StopAtRest(speed=0.01)``.
+    record : ``fv.Stream("run.nc")`` writes each output to disk during the run; None keeps all outputs in memory. Not with
         ``checkpoint``.
-    checkpoint : where and how often the run leaves what `resume` needs to continue it, see `Checkpoint`.
+    checkpoint : file and interval of checkpoints for `resume`, see `Checkpoint`.
     observers : functions called with the `Stepper` after every accepted step, in order.
     backend : ``"auto"``, ``"numba"`` or ``"numpy"``, see `Stepper`.
-    threads : threads of a compiled run, or ``"all"`` for as many as there are cores; more than 1 only from 100,000 cells on.
-    nonhyperbolic : ``"warn"``, ``"raise"`` or ``"ignore"`` where characteristic speeds turn complex.
-    progress : True shows progress on stderr; or a function that receives the share of simulated time done, 0 to 1.
-    throw : whether a run that fails raises; else the partial solution is returned with its status.
+    threads : number of threads of a compiled run, or ``"all"`` for one per core; more than 1 only from 100,000 cells on.
+    nonhyperbolic : ``"warn"``, ``"raise"`` or ``"ignore"`` where characteristic speeds become complex.
+    progress : True shows progress on stderr; or a function of the fraction of simulated time done, 0 to 1.
+    throw : True raises if the run fails; False returns the partial solution with its status.
 
     Returns
     -------
     Solution
-        Start, then ``times``, up to the state where ``until`` ended the run, if it did; with ``record`` start and end
-        alone, and `load` reads all from the file.
+        Initial state and the states at ``times``, or up to the state at which ``until`` ended the run. With ``record`` the
+        first and the last state alone; `load` reads all outputs from the file.
 
     Raises
     ------
     SolveError
-        If the run fails and ``throw`` is true; it carries the partial solution. After Ctrl-C it is an `Interrupted`,
-        which is a KeyboardInterrupt as well.
+        If the run fails and ``throw`` is true; its attribute ``solution`` is the partial solution. Ctrl-C raises the subclass
+        `Interrupted`, which is also a KeyboardInterrupt.
     Exception
-        Whatever a function of yours raises (a pointwise method, a boundary's values, an observer, a stop rule), and the
-        OSError of a disk, as it is, with a note that says at which time and step, and with the partial solution as
-        ``solution``; with ``throw`` false the run ends as ``Status.ERROR`` instead. A checkpoint is written first.
+        Any exception of user code (a pointwise method, boundary values, an observer, a stop rule) and an OSError of the disk
+        are re-raised with a note of time and step, and with the partial solution as ``solution``; if ``throw`` is false the
+        run ends with ``Status.ERROR`` instead. A checkpoint is written first.
     ValueError, TypeError
-        For bad input, whatever ``throw`` is.
+        For invalid input, regardless of ``throw``.
     """
     if checkpoint is not None and record is not None:
         raise ValueError("`checkpoint` and `record` do not go together: a checkpoint holds the outputs so far, give one of them")
@@ -82,7 +82,7 @@ def _callbacks(observers: Any) -> tuple[Callable[[Stepper], None], ...]:
 
 @attrs.frozen
 class Control:
-    """What is looked at during a run, and what may end it early; fields as for `solve`."""
+    """Observers, limits and stop rule of a run; fields as for `solve`."""
 
     observers: Any = attrs.field(default=(), converter=_callbacks)
     limits: Limits = attrs.field(default=None, converter=lambda value: Limits() if value is None else validation.instance(
@@ -91,7 +91,7 @@ class Control:
         value, "until", Stop, "such as fv.StopAtRest(speed=0.01)"))
 
     def limit(self, stepper: Stepper) -> int:
-        """Return the number of steps until someone looks at the run; fail where it has used up what it may."""
+        """Return the number of steps to take before the next return to Python; raise `SolveError` at a limit of the run."""
         if self.limits.used_up(stepper.steps, stepper.seconds):
             stepper.fail(Status.MAX_STEPS if stepper.steps >= self.limits.steps else Status.OVER_BUDGET)
         if self.observers:
@@ -100,7 +100,7 @@ class Control:
         return most if self.until is None else min(most, self.until.every - stepper.steps % self.until.every)
 
     def ends(self, stepper: Stepper) -> bool:
-        """Whether ``until`` ends the run here."""
+        """Whether the stop rule ``until`` ends the run at the current step."""
         until = self.until
         return until is not None and stepper.steps > 0 and stepper.steps % until.every == 0 \
             and until.reached(stepper.problem, stepper.t, stepper.q)
@@ -108,7 +108,7 @@ class Control:
 
 def run_to_end(stepper: Stepper, targets: list[float], frames: Snapshots, control: Control, checkpoint: Checkpoint | None,
                progress: bool | Callable[[float], None], throw: bool) -> Solution:
-    """Run a stepper through the output times that are ahead of it; arguments as for `solve`, ``frames`` those behind it."""
+    """Advance a stepper to the remaining output times ``targets``; ``frames`` contains the earlier outputs; else as `solve`."""
     problem, throw = stepper.problem, validation.flag(throw, "throw")
     if checkpoint is not None:
         validation.instance(checkpoint, "checkpoint", Checkpoint, "such as fv.Checkpoint('run.npz')")
@@ -151,7 +151,7 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Snapshots, contro
 
 
 def _sentence(fate: Fate, control: Control) -> str:
-    """How a run ended."""
+    """Return the final message of a run."""
     stepper = fate.stepper
     if fate.status is Status.FINISHED and stepper.t < stepper.problem.t_end:
         return f"the last of the output times was reached, t = {stepper.t:.8g} of t_end = {stepper.problem.t_end:.8g}"
@@ -162,7 +162,7 @@ def _sentence(fate: Fate, control: Control) -> str:
 
 def _march(fate: Fate, targets: list[float], frames: Snapshots, control: Control, report: Callable[[float, int], None],
            saver: Saver | None) -> None:
-    """Step through the output times that are ahead; ``fate`` notes how the run ended."""
+    """Advance to the remaining output times; ``fate`` records the outcome."""
     stepper = fate.stepper
     with fate.watch("writing the first checkpoint"):
         if saver is not None:

@@ -1,4 +1,4 @@
-"""Time that is measured out: the length of steps that a user asks for, and whole intervals that have passed."""
+"""Length of time steps: user-defined bounds, and the number of elapsed time intervals."""
 
 from math import floor
 
@@ -8,25 +8,25 @@ import numpy as np
 from fvkit.pointwise.part import Part
 from fvkit.validation import optional_number
 
-#: Share of an interval by which rounding may miss its end: times are sums of many steps.
+#: Tolerance relative to the length of an interval, since times are sums of many steps and have round-off.
 ROUNDING = 1e-6
 
 
 def intervals(start: float, t: float, length: float) -> int:
-    """Return how many whole intervals there are from ``start`` to ``t``; one whose end is missed by rounding is whole."""
+    """Return the number of complete intervals from ``start`` to ``t``, with a tolerance for round-off."""
     return floor((t - start) / length + ROUNDING)
 
 
 @attrs.frozen
 class Step(Part):
-    """Length of time steps, s; each bound positive, or None for what the Courant number allows.
+    """Length of time steps, s; each bound is positive, or None for the step of the Courant number.
 
     Parameters
     ----------
-    dt : every step is this long, but for those that are shortened to end at an output time; a step that the Courant
-        number does not allow ends the run (`Status.DT_TOO_LARGE`). Alone.
-    dt_max : no step is longer. It also keeps a run that starts at rest from stepping over what happens later.
-    dt_initial : the first step is no longer.
+    dt : fixed length of all steps except those shortened to end at an output time. A step above the largest Courant number
+        ends the run (`Status.DT_TOO_LARGE`). Excludes the other two bounds.
+    dt_max : upper bound of all steps; needed where a flow at rest is set in motion later, such as by an inflow.
+    dt_initial : upper bound of the first step.
 
     Raises
     ------
@@ -51,5 +51,5 @@ class Step(Part):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest length of a step; equal where it is fixed."""
+        """Smallest and largest length of a step, s; equal for a fixed step."""
         return self.dt or 0.0, self.dt or self.dt_max or np.inf

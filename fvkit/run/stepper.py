@@ -1,4 +1,4 @@
-"""`Stepper`: one problem under one scheme, a step at a time."""
+"""`Stepper`: time stepping of one problem with one scheme, step by step."""
 
 import time as clock
 import warnings
@@ -19,18 +19,18 @@ from fvkit.run.step_length import Step
 from fvkit.schemes.fitting import assemble
 from fvkit.schemes.scheme import Scheme
 
-#: More steps than any run takes.
+#: Number of steps above that of any run.
 UNLIMITED = 2**62
 
-#: Share of the largest speed by which the smallest may lie above it, for rounding's sake.
+#: Tolerance when checking that `wave_speeds` returns (smallest, largest).
 SWAPPED = 1e-9
 
-#: Share of the largest value of a component below which what changes at no speed is rounding.
+#: Relative change below which an update with zero wave speed counts as round-off.
 NOTHING = 1e-9
 
 
 class Stepper:
-    """One problem under one scheme, one step at a time: what `solve` runs.
+    """Time stepper of one problem with one scheme, step by step; `solve` is built on it.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ class Stepper:
     scheme : the scheme; None for second-order wave propagation with the model's default Riemann solver.
     backend : ``"auto"``, ``"numba"`` (compiled) or ``"numpy"``; auto compiles where numba is installed, unless the
         environment variable FVKIT_BACKEND names another.
-    nonhyperbolic : what to do when characteristic speeds turn complex: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
-    threads : threads of a compiled run, or ``"all"``; more than 1 only from 100,000 cells on, bit-identical to one.
-    step : length of the time steps, None for what the Courant number allows, see `Step`.
+    nonhyperbolic : reaction to complex characteristic speeds: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
+    threads : number of threads of a compiled run, or ``"all"``; more than 1 only from 100,000 cells on, bit-identical to one.
+    step : length of the time steps, None for the Courant number of the scheme, see `Step`.
 
     Attributes
     ----------
@@ -102,11 +102,11 @@ class Stepper:
 
     @property
     def dt(self) -> float:
-        """The step that the Courant number allows next, s; infinite where nothing moves."""
+        """Length of the next step by the Courant number, s; infinite if all speeds are 0."""
         return self._march.dt
 
     def _first_dt(self) -> float:
-        """From the speeds of the initial cells, so that the first step is as good as the others."""
+        """Return the length of the first step, s, from the wave speeds of the initial state."""
         q0, speed, model = self.problem.q0, 0.0, self._asked
         aux = aux_rows(self.problem.model, self.problem.aux_averages)
         with np.errstate(all="ignore"):
@@ -125,12 +125,12 @@ class Stepper:
         return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
 
     def step(self, dt: float | None = None) -> float:
-        """Advance by one accepted step of at most ``dt`` and return its length.
+        """Advance by one accepted step of at most ``dt`` and return its length, s.
 
         Raises
         ------
         SolveError
-            If no acceptable step exists; the state stays the last accepted one.
+            If every trial step is rejected; the state remains the last accepted one.
         """
         before = self.t
         if dt is not None:
@@ -150,16 +150,16 @@ class Stepper:
 
     @property
     def batch(self) -> int:
-        """Steps that take about 0.1 s: after so many a run comes back to Python, for progress and Ctrl-C."""
+        """Number of steps that take about 0.1 s: a run returns to Python so often, for progress and Ctrl-C."""
         return max(1, int(0.1 * self.steps / self._seconds)) if self._seconds > 0.0 and self.steps else 1
 
     def interrupted(self) -> Interrupted:
-        """The error of a run that the user stops now."""
+        """Return the exception of a run interrupted at the current step."""
         state = self.q[:, 0].copy()
         return Interrupted(Status.INTERRUPTED, self.t, -1, np.nan, state, self.steps, self.problem.model.conserved)
 
     def run(self, target: float, max_steps: int) -> None:
-        """Take accepted steps towards ``target``, at most ``max_steps`` of them; raise `SolveError` where none exists."""
+        """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
         target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
         while max_steps > 1 and self._resting:
@@ -171,11 +171,11 @@ class Stepper:
 
     @property
     def _resting(self) -> bool:
-        """Whether nothing had a speed so far, in a problem where nothing else may change the state."""
+        """Whether all wave speeds were 0 so far, in a problem without sources and post-processing that change the state."""
         return self._march.max_cfl == 0.0 and not self.problem.sources and not self.problem.model.defines("settle")
 
     def _take(self, target: float, max_steps: int) -> None:
-        """The same, one step at a time as long as nothing has moved."""
+        """Advance, and raise if the kernel failed."""
         march = self._march
         known = march.lost - march.films
         resting = self._resting
@@ -197,19 +197,19 @@ class Stepper:
             self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.num_cells - 1), march.now)
 
     def _speeds(self) -> np.ndarray:
-        """The speeds of the cells of the last accepted state, (2, num_cells)."""
+        """Return the bounds of the wave speeds of the last accepted state, (2, num_cells)."""
         with np.errstate(all="ignore"):
             model = self.problem.model
             bounds = answers.wave_speeds(model, tuple(self.q), aux_rows(model, self.problem.aux_averages))
         return np.array([np.broadcast_to(bound, self.q.shape[1:]) for bound in bounds])
 
     def _wrong_speed(self) -> tuple[Status, int, np.ndarray] | None:
-        """The first cell of the last accepted state whose speeds are no numbers, None without."""
+        """Return status, cell and state of the first cell with NaN or infinite speeds; None without such a cell."""
         finite = np.isfinite(self._speeds()).all(axis=0)
         return None if finite.all() else (Status.WRONG_SPEED, int(np.argmin(finite)), self._march.now)
 
     def _check_rest(self, books: tuple[np.ndarray, ...]) -> None:
-        """Take back a step in which something moved at no speed; of speeds that are too small, 0 alone is seen at once."""
+        """Undo a step and raise if the state changed although all wave speeds are 0, so that `wave_speeds` is wrong."""
         march = self._march
         now, before = self._kernel.inside(march.now), self._kernel.inside(march.next)
         moved = (np.abs(now - before) > NOTHING * np.abs(before).max(axis=1, keepdims=True)).any(axis=0)
@@ -219,7 +219,7 @@ class Stepper:
             self.fail(Status.WRONG_SPEED, int(np.argmax(moved)), march.now)
 
     def _diagnosis(self) -> tuple[Status, int, np.ndarray]:
-        """What is wrong with the trial state, and in which cell."""
+        """Return the status, cell and padded state of the failure of the trial step."""
         wrong = self._wrong_speed()
         if wrong is not None:
             return wrong
@@ -238,7 +238,7 @@ class Stepper:
         return Status.NON_FINITE, -1, trial
 
     def warn_lost(self) -> None:
-        """Warn, if asked to, where speeds turned complex: at once in a flow; at the end where it was in films alone."""
+        """Warn about complex wave speeds if ``nonhyperbolic`` is "warn"; called at the end of the run for thin films alone."""
         march = self._march
         if not march.lost or self.nonhyperbolic != "warn":
             return
@@ -255,23 +255,23 @@ class Stepper:
 
     @property
     def only_films_lost(self) -> bool:
-        """Whether speeds have turned complex in films alone."""
+        """Whether wave speeds became complex in thin films alone."""
         return 0 < self._march.lost == self._march.films
 
     def fail(self, status: Status, cell: int = -1, padded: np.ndarray | None = None) -> NoReturn:
-        """Raise `SolveError` with what is known of the state."""
+        """Raise `SolveError` with the time, the cell and the state of that cell."""
         x = float(self.problem.grid.centers[cell]) if cell >= 0 else np.nan
         state = self._kernel.inside(self._march.now if padded is None else padded)[:, max(cell, 0)].copy()
         raise SolveError(status, self.t, cell, x, state, self.steps, self.problem.model.conserved)
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Copies of all that a run changes: with them `restore` puts another stepper of the same problem and scheme here."""
+        """Return copies of the state and the counters, {name: array}, for `restore` of a stepper of the same problem."""
         march = self._march
         return {"now": self.q.copy(), "real": march.real.copy(), "count": march.count.copy(), "masses": march.masses.copy(),
                 "clock": np.array(self._seconds)}
 
     def restore(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go to a `snapshot`: what follows is what followed there, bit for bit on the same backend."""
+        """Restore a `snapshot`; the following steps are bit-identical on the same backend."""
         march = self._march
         for array, name in ((march.real, "real"), (march.count, "count"), (march.masses, "masses")):
             array[:] = snapshot[name]

@@ -1,4 +1,4 @@
-"""`Stop`: when a run ends before its end time, because nothing more happens."""
+"""Stop rules: end a run before its end time, such as when the flow is at rest."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -16,36 +16,36 @@ VELOCITY = "m s-1"
 
 @attrs.frozen
 class Stop(Part, ABC):
-    """Abstract rule that ends a run. Contract:
+    """Abstract stop rule. Contract:
 
-    1. ``reached(problem, t, q)`` says whether the run ends at time t with the cell averages q (num_eqn, num_cells).
-    2. It is asked after every ``every`` accepted steps, so that the answer does not depend on the machine.
-    3. ``check(problem)`` raises ValueError where the rule does not fit a problem.
+    1. ``reached(problem, t, q)`` returns whether the run ends at time t with the cell averages q (num_eqn, num_cells).
+    2. ``reached`` is called after every ``every`` accepted steps, so that results do not depend on the speed of the machine.
+    3. ``check(problem)`` raises ValueError if the rule cannot be applied to a problem.
     """
 
     every: int = integer(20, at_least=1, kw_only=True)
 
     @abstractmethod
     def reached(self, problem: Problem, t: float, q: np.ndarray) -> bool:
-        """Return whether the run ends here."""
+        """Return whether the run ends at time ``t``."""
 
     def check(self, problem: Problem) -> None:
-        """Raise ValueError where the rule does not fit the problem."""
+        """Raise ValueError if the rule cannot be applied to the problem."""
 
 
 @attrs.frozen
 class StopAtRest(Stop):
-    """End a run when nothing moves any more: every velocity is below ``speed`` wherever the flow is deeper than ``depth``.
+    """Stop rule for a flow at rest: every velocity is below ``speed`` wherever the flow is deeper than ``depth``.
 
-    The velocities are those observables of the model whose unit (``Model.quantities``) is m s-1.
+    The velocities are the observables whose unit in ``Model.quantities`` is m s-1.
 
     Parameters
     ----------
-    speed : m/s, positive.
-    depth : m, >= 0: what is thinner does not count.
-        The depth is that of the model's ``thicknesses``; without these every cell counts.
-    after : s: not before this time, so that a flow which starts from rest, or an inflow which comes later, has begun.
-    every : the rule is looked at after so many accepted steps.
+    speed : threshold of the velocities, m/s, positive.
+    depth : threshold of the depth, m, >= 0; thinner flow is ignored.
+        The depth is the sum of the model's ``thicknesses``; for models without them every cell counts.
+    after : earliest time of the stop, s, for flows that start from rest and inflows that begin later.
+    every : number of accepted steps between two checks.
     """
 
     speed: float = number(0.01, above=0.0)

@@ -1,7 +1,7 @@
-"""Models as schemes see them. From a known steady flow: jumps and differences are those beyond the flow's own.
+"""Wrap a model so that jumps are taken relative to a steady background flow; further wrappers of models used by schemes.
 
-A scheme that works face by face keeps a state where all of these vanish. So it keeps the flow, whatever its own error there,
-and resolves what is added to it. Derived here.
+A scheme that works face by face preserves every state whose jumps and differences vanish. With jumps relative to the
+background it preserves the background, whatever its truncation error, and resolves perturbations of it. Derived here.
 """
 
 import inspect
@@ -15,20 +15,20 @@ from fvkit.problem.questions import aux_places
 
 
 def deviation(model: Model) -> Model:
-    """Return a model that subtracts, at every face, what the cell averages of a steady flow have there.
+    """Return a model whose jumps, differences and waves at a face are those of the state minus those of a steady flow.
 
-    These averages are further aux values, behind those of the model.
+    The cell averages of the steady flow are additional aux values, after those of the model.
     """
     return _as(_seen_from_flow(type(model)), model)
 
 
 def scanning(model: Model) -> Model:
-    """Return a scalar model of whose speeds those between the states of a face are looked at as well."""
+    """Return a scalar model whose wave speeds are also sampled between the two states of a face."""
     return _as(_scanning(type(model)), model)
 
 
 def adding_up(model: Model, total: Callable[..., Any]) -> Model:
-    """Return a model whose jump is what a Riemann solver with waves of its own finds, ``total(ql, qr, auxl, auxr)``."""
+    """Return a model whose jump is the sum of a Riemann solver's own waves, ``total(ql, qr, auxl, auxr)``."""
     class AddingUp(type(model)):  # type: ignore[misc]  # its base is known at run time
         """See `adding_up`."""
 
@@ -40,12 +40,12 @@ def adding_up(model: Model, total: Callable[..., Any]) -> Model:
 
 
 def given_more(model: Model, more: Sequence[str]) -> Model:
-    """Return a model with further aux values behind its own, of which its own methods see nothing: those are for sources."""
+    """Return a model with additional aux values for sources, after its own; the methods of the model do not receive them."""
     return _as(_given_more(type(model), tuple(more)), model)
 
 
 def _as(kind: type[Model], model: Model) -> Model:
-    """Return a model with the same fields, of another class."""
+    """Return a model of class ``kind`` with the fields of another model."""
     result: Model = object.__new__(kind)
     for name in (field.name for field in type(model).__attrs_attrs__):
         object.__setattr__(result, name, getattr(model, name))
@@ -112,7 +112,7 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
 
         def relaxation(self, ql, qr, auxl, auxr, jump):
             auxl, auxr, flowl, flowr = split(auxl, auxr)
-            plain: Any = _as(kind, self)  # what the model makes of whole states, which asks for whole jumps
+            plain: Any = _as(kind, self)  # the unwrapped model, whose relaxation needs the full jump
             own = plain.jump(flowl, flowr, auxl, auxr)
             waves, speeds = plain.relaxation(ql, qr, auxl, auxr, add(jump, own))
             standing, _ = plain.relaxation(flowl, flowr, auxl, auxr, own)
@@ -132,7 +132,7 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
 
 
 class Background(NamedTuple):
-    """A background on a cell: its average, face values, third mode and residual."""
+    """Background flow in a cell: its average, face values, third mode and residual."""
 
     mean: Any
     left: Any
@@ -142,7 +142,7 @@ class Background(NamedTuple):
 
 
 def of_background(model, aux):
-    """Return the background behind the aux values of a cell, None where there is none."""
+    """Return the `Background` stored after the model's aux values of a cell; None without a background."""
     rows, own = len(model.conserved), len(model.aux)
     behind = aux[own:]
     return Background(*(behind[k:k + rows] for k in range(0, 5 * rows, rows))) if behind else None

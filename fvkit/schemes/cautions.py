@@ -1,4 +1,4 @@
-"""Cautions before a run: what a model does not say, and its scheme needs for its order or for bounds of its speeds."""
+"""Warnings before a run: missing methods of a model that reduce the order of the scheme or its stability."""
 
 import warnings
 
@@ -10,12 +10,12 @@ from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
-#: Speeds between two states may exceed those of both by this factor before a model that looks at both alone is warned of.
+#: Ratio of the largest wave speed between two states to the largest speed of the two states, above which a run warns.
 BEYOND = 2.0
 
 
 def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
-    """Warn of what the model does not say, and return the scheme, at first order where it knows no matrix."""
+    """Warn about missing methods of the model; return the scheme, reduced to first order if the matrix is unknown."""
     name = type(problem.model).__name__
     if says_nothing_of_the_matrix(problem, parts):
         given, chosen = chosen, chosen.at_first_order()
@@ -35,7 +35,7 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
 
 
 def says_nothing_of_the_matrix(problem: Problem, parts: Parts) -> bool:
-    """Whether a solver with waves of its own finds another total than the flux difference, and the model no `matrix_product`."""
+    """Whether the sum of the solver's own waves differs from the flux difference of a model without `matrix_product`."""
     model, riemann = problem.model, parts.riemann
     if not riemann.defines("total") or model.defines("matrix_product"):
         return False
@@ -51,11 +51,11 @@ def says_nothing_of_the_matrix(problem: Problem, parts: Parts) -> bool:
 
 
 def _lacks_cross(problem: Problem) -> bool:
-    """Whether a jump of its own needs a `cross` that a model does not define.
+    """Whether a model defines a `jump` that needs a cross term, but no `cross`.
 
-    The sum of jumps around a closed loop of states, q -/+ w by q -/+ dq/2 with its aux values, is 0 for conservation laws and for
-    constant matrices, and else, with w along the jump G, what `cross` is. Looked at near the initial state, for aux values that
-    differ as those of the problem do.
+    The test is the sum of jumps around a closed loop of states, q -/+ w by q -/+ dq/2 with its aux values. The sum is 0 for
+    conservation laws and constant matrices; otherwise, with w along the jump G, it is the cross term. It is evaluated near
+    the initial state, with differences of the aux values of the size that the problem has.
     """
     model = problem.model
     if not model.defines("jump") or model.defines("cross"):
@@ -82,7 +82,7 @@ def _lacks_cross(problem: Problem) -> bool:
 
 
 def _check_bounds(problem: Problem, parts: Parts) -> None:
-    """Warn where speeds between the states of a face at the start exceed those of both sides by far: bounds that do not bound."""
+    """Warn if wave speeds between the two initial states of a face exceed those of both states by more than `BEYOND`."""
     model, count = problem.model, problem.grid.num_cells
     ends, most = np.zeros(max(count - 1, 0)), np.zeros(max(count - 1, 0))
     for first in range(0, count - 1, CHUNK):

@@ -1,4 +1,4 @@
-"""What a scheme and a problem make together: the parts of a run, checked."""
+"""Assembly of a scheme and a problem: model, solver, limiters and sources of a run, checked against the contract."""
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,12 @@ from fvkit.schemes.riemann import default_riemann
 from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.wave_propagation import WavePropagation
 
-#: Times at which ends that depend on time are asked for the values that come in.
+#: Number of times at which time-dependent boundary values are sampled.
 TIMES = 9
 
 
 def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
-    """Return the scheme, the default where None, and its parts, checked against the problem."""
+    """Return the scheme (the default for None) and its `Parts`, checked against the problem."""
     validation.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else validation.instance(scheme, "scheme", Scheme)
     parts = _parts_of(problem, chosen)
@@ -42,7 +42,7 @@ def _parts_of(problem: Problem, scheme: Scheme) -> Parts:
 
 
 def _parts_for_model(problem: Problem, scheme: Scheme) -> Parts:
-    """Return the parts of a scheme: a scalar law that is not convex around its initial state scans its speeds."""
+    """Return the `Parts` of a scheme; the speeds of a scalar law that is nonconvex around its initial state are sampled."""
     parts = scheme.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
     if not problem.model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
         return parts._replace(model=adding_up(parts.model, parts.riemann.total))
@@ -53,7 +53,7 @@ def _parts_for_model(problem: Problem, scheme: Scheme) -> Parts:
 
 
 def _values(problem: Problem) -> np.ndarray:
-    """Values of a scalar law that a run meets: those of the start, and those outside of both ends at some times."""
+    """Return the initial values of a scalar law and the boundary values of both ends at some times, (m,)."""
     model, times = problem.model, np.linspace(problem.t_start, problem.t_end, TIMES)
     outside = [side.ghost(model, (problem.q0[0, cell],), side.values(model, t))[0]
                for side, cell in zip(problem.ends, (0, -1), strict=True) for t in times[:1 if side.steady else None].tolist()]
@@ -61,7 +61,7 @@ def _values(problem: Problem) -> np.ndarray:
 
 
 def default_scheme(problem: Problem) -> Scheme:
-    """Second-order wave propagation with the model's default Riemann solver."""
+    """Return second-order wave propagation with the model's default Riemann solver."""
     return WavePropagation(default_riemann(problem.model))
 
 
@@ -85,7 +85,7 @@ def _check_numbers(parts: Parts, ql: Any, qr: Any, auxl: Any, auxr: Any) -> None
     jump = parts.model.jump(ql, qr, auxl, auxr)
     waves, _ = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
     sizes = [np.fmax.reduce(np.abs(row), axis=None) for wave in (*waves, scale(1e-6, (*ql, *qr))) for row in wave]
-    largest = float(np.fmax.reduce(sizes))  # waves of a state at rest are rounding of its size
+    largest = float(np.fmax.reduce(sizes))  # the waves of a state at rest are round-off relative to the state
     contract.agree(parts.riemann, "solve", tuple(sum(rows) for rows in zip(*waves, strict=True)), jump,
                    "the waves must add up to the jump", largest)
     if parts.reconstruction is not None:

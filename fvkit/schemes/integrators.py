@@ -1,29 +1,30 @@
-"""Time integrators of the method of lines, as tables of Shu and Osher's form."""
+"""Runge-Kutta time integrators of the method of lines, as tables in Shu-Osher form."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import attrs
 
-#: Rows of coefficients of a lower triangular table.
+#: Rows of coefficients of a lower triangular matrix.
 Table = tuple[tuple[float, ...], ...]
 
-#: By how much a sum of coefficients may miss what it must be: tables are printed with so many digits.
+#: Tolerance of sums of coefficients, since published tables have a limited number of digits.
 PRINTED = 1e-12
 
 
 @attrs.frozen
 class Integrator:
-    """Base of a Runge-Kutta method for dq/dt = L(q) + S(q): tables, and nothing else. Contract:
+    """Base class of Runge-Kutta methods for dq/dt = L(q) + S(q), defined by tables of coefficients. Contract:
 
-    1. State k + 1 is u_{k+1} = sum_j alpha[k][j] u_j + dt sum_j beta[k][j] L(u_j), j <= k, u_0 the old state; the last is
-       the new one. Butcher's form has alpha[k] = (1,).
-    2. ``cfl`` is the Courant number that suits it, 1 for a step that crosses a cell.
-    3. ``ssp`` is the number of forward Euler steps that a step holds in convex combinations (its SSP coefficient), or
-       None: then nothing promises non-negative depths.
-    4. ``implicit``, where not empty, is the table of S in Butcher's form with the same alpha, its diagonal included:
-       row k belongs to u_{k+1}, whose last entry makes it implicit, and ``weights`` are those of the new state.
-    5. `check` holds: each row of alpha adds up to 1, the last state is that after dt, and so many Euler steps are in it.
+    1. State k + 1 is u_{k+1} = sum_j alpha[k][j] u_j + dt sum_j beta[k][j] L(u_j), j <= k, with u_0 the old state; the last
+       state is the new one. Butcher form has alpha[k] = (1,).
+    2. ``cfl`` is the recommended Courant number; at 1 the fastest wave crosses one cell per step.
+    3. ``ssp`` is the SSP coefficient: a step is a convex combination of forward Euler steps of length dt/ssp. With None
+       non-negative depths are not guaranteed.
+    4. ``implicit``, if not empty, is the table of S in Butcher form with the same alpha, its diagonal included: row k belongs
+       to u_{k+1}, and its last entry makes that stage implicit. ``weights`` are the weights of S in the new state.
+    5. `check` passes: each row of alpha adds up to 1, the last state belongs to time dt, and ``ssp`` is at most the
+       smallest alpha/beta.
     """
 
     alpha: ClassVar[Table] = ()
@@ -39,7 +40,7 @@ class Integrator:
         return super().__new__(cls)
 
     def check(self) -> None:
-        """Raise ValueError, with the row and what is wrong, for tables that are no consistent method."""
+        """Raise ValueError, with the row and the reason, for tables of an inconsistent method."""
         name, when = type(self).__name__, [0.0]
         if len(self.beta) != len(self.alpha):
             raise ValueError(f"alpha and beta of {name} must have as many rows each, got {len(self.alpha)} and {len(self.beta)}")
@@ -64,7 +65,7 @@ def _sum(values: Sequence[float], wanted: float, name: str, why: str) -> None:
 
 @attrs.frozen
 class SSPRK3(Integrator):
-    """Three stages, third order, strong stability preserving (SSP coefficient 1): quiet near shocks.
+    """Three-stage, third-order Runge-Kutta method, strong stability preserving (SSP coefficient 1): few oscillations at shocks.
 
     Source: C.-W. Shu, S. Osher, J. Comput. Phys. 77 (1988) 439-471 (remembered, order measured).
     """
@@ -77,7 +78,7 @@ class SSPRK3(Integrator):
 
 @attrs.frozen
 class SSPRK104(Integrator):
-    """Ten stages, fourth order, SSP coefficient 6: the default, 4.2 stages per crossed cell.
+    """Ten-stage, fourth-order Runge-Kutta method, SSP coefficient 6: the default; 4.2 stages per unit of Courant number.
 
     Unstable with fifth-order reconstructions from a Courant number of about 3.5 on.
 
@@ -96,7 +97,7 @@ class SSPRK104(Integrator):
 
 @attrs.frozen
 class DP5(Integrator):
-    """Dormand and Prince's fifth-order method, 6 stages, without its embedded one: for smooth flows. Not SSP.
+    """Dormand-Prince fifth-order Runge-Kutta method, 6 stages, without the embedded method: for smooth flow. Not SSP.
 
     Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26 (remembered, order measured).
     """
@@ -111,10 +112,10 @@ class DP5(Integrator):
 
 @attrs.frozen
 class ARK4(Integrator):
-    """The additive method ARK4(3)6L[2]SA: fourth order with the sources implicit, stiff or not, 6 stages. Not SSP.
+    """Additive Runge-Kutta method ARK4(3)6L[2]SA: fourth order, sources implicit, 6 stages. Not SSP.
 
-    The sources act at Gauss nodes of the reconstruction, so that their averages are accurate too. Full order with stiff
-    drag needs an initial state in equilibrium; a layer at the start costs every method its order.
+    Sources are evaluated at Gauss nodes of the reconstruction, so that their cell averages are accurate. Full order with
+    stiff drag needs an initial state in equilibrium; an initial layer reduces the order of every method.
 
     Source: C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139-181 (remembered; the order conditions of both
     tables and across them hold to rounding).

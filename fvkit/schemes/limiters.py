@@ -1,7 +1,7 @@
-"""Limiters: how much of a wave's second-order correction is kept.
+"""Wave limiters: factors of the second-order corrections of wave propagation.
 
-phi(theta, nu) multiplies a wave; theta is the ratio of the upwind wave's projection to the wave
-itself, nu = |s| dt/dx its Courant number. phi = 1 is Lax-Wendroff, phi = theta Beam-Warming.
+phi(theta, nu) multiplies a wave. theta is the ratio of the projection of the upwind wave to the wave
+itself, nu = |s| dt/dx the Courant number of the wave. phi = 1 is Lax-Wendroff, phi = theta Beam-Warming.
 """
 
 from abc import ABC, abstractmethod
@@ -19,9 +19,9 @@ from fvkit.problem.questions import LIMITER
 class Limiter(Part, ABC):
     """Abstract limiter. Contract:
 
-    1. ``phi(theta, nu)`` is pointwise: scalars or arrays of one shape in, the same out, no branches.
-    2. phi is bounded for every theta, infinite ones excepted, and phi(1, nu) = 1 (second order).
-    3. ``limits = False`` says that phi is 1 whatever theta: then theta is not even computed.
+    1. ``phi(theta, nu)`` is pointwise: it takes scalars or arrays of one shape, returns the same shape and has no branches.
+    2. phi is bounded for every finite theta, and phi(1, nu) = 1 (second order).
+    3. ``limits = False`` declares that phi = 1 for every theta; theta is then not computed.
 
     A subclass is one formula; see `MC` (5 lines).
     """
@@ -31,12 +31,12 @@ class Limiter(Part, ABC):
 
     @abstractmethod
     def phi(self, theta, nu):
-        """Return the factor of the wave, for theta and nu of the same shape."""
+        """Return the factor of the wave, of the shape of theta and nu."""
 
 
 @attrs.frozen
 class NoLimiter(Limiter):
-    """Lax-Wendroff, phi = 1: sharp on smooth data, oscillates at jumps."""
+    """Lax-Wendroff, phi = 1: accurate for smooth data, oscillates at jumps."""
 
     limits: ClassVar[bool] = False
 
@@ -46,7 +46,7 @@ class NoLimiter(Limiter):
 
 @attrs.frozen
 class Minmod(Limiter):
-    """phi = max(0, min(1, theta)): the most diffusive of the second-order limiters."""
+    """Minmod limiter, phi = max(0, min(1, theta)): the most diffusive of the second-order limiters."""
 
     def phi(self, theta, nu):
         return maximum(0.0, minimum(1.0, theta))
@@ -54,7 +54,7 @@ class Minmod(Limiter):
 
 @attrs.frozen
 class Superbee(Limiter):
-    """phi = max(0, min(1, 2 theta), min(2, theta)): sharpest at jumps, squares smooth waves."""
+    """Superbee limiter, phi = max(0, min(1, 2 theta), min(2, theta)): sharpest at jumps; turns smooth waves into square ones."""
 
     def phi(self, theta, nu):
         return maximum(0.0, maximum(minimum(1.0, 2.0 * theta), minimum(2.0, theta)))
@@ -62,7 +62,7 @@ class Superbee(Limiter):
 
 @attrs.frozen
 class MC(Limiter):
-    """Monotonized central, phi = max(0, min((1 + theta)/2, 2, 2 theta)): the default, the quietest of the sharp."""
+    """Monotonized central limiter, phi = max(0, min((1 + theta)/2, 2, 2 theta)): the default: sharp, with little oscillation."""
 
     def phi(self, theta, nu):
         return maximum(0.0, minimum(minimum(0.5 * (1.0 + theta), 2.0), 2.0 * theta))
@@ -70,7 +70,7 @@ class MC(Limiter):
 
 @attrs.frozen
 class VanLeer(Limiter):
-    """phi = (theta + |theta|)/(1 + |theta|): smooth in theta."""
+    """Van Leer limiter, phi = (theta + |theta|)/(1 + |theta|): smooth for theta > 0."""
 
     def phi(self, theta, nu):
         return 2.0 * (maximum(0.0, theta) / (1.0 + np.abs(theta)))
@@ -78,9 +78,9 @@ class VanLeer(Limiter):
 
 @attrs.frozen
 class ThirdOrder(Limiter):
-    """phi = (2-nu)/3 + (1+nu)/3 theta within the caps 2 theta/nu and 2/(1-nu): best on smooth and mixed flow.
+    """Third-order limiter, phi = (2-nu)/3 + (1+nu)/3 theta, at most 2 theta/nu and 2/(1-nu): best for smooth and mixed flow.
 
-    Third order for linear waves of constant speed. The caps are kept finite by nu, 1 - nu >= 1e-3.
+    Third order for linear waves of constant speed. nu and 1 - nu in the bounds are at least 1e-3, so the bounds are finite.
     """
 
     def phi(self, theta, nu):

@@ -1,4 +1,4 @@
-"""`MethodOfLines`: high order in space by reconstruction, in time by Runge and Kutta."""
+"""`MethodOfLines`: high order in space by reconstruction, in time by Runge-Kutta methods."""
 
 import warnings
 
@@ -20,39 +20,39 @@ from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdr
 
 @attrs.frozen
 class MethodOfLines(Scheme):
-    """Path-conservative finite volumes of high order: reconstruct, solve at faces, integrate inside, march in time.
+    """High-order path-conservative finite volumes: reconstruction, Riemann solver at faces, cell integrals, Runge-Kutta steps.
 
     dQ_i/dt = -(A+_{i-1/2} + A-_{i+1/2} + N_i)/dx,
 
-    with the fluctuations of any Riemann solver between the values that both cells of a face reconstruct there, and N the
-    integral of f_x + B q_x - source over the polynomial of the cell, in closed form where the model has one
-    (``cell_integral``). Reconstructed are the model's modes of q + ``lift``, which is constant at rest: so rest is kept to
-    rounding over any bottom.
+    with the fluctuations A+ and A- of a Riemann solver between the two values reconstructed at a face, and N the integral of
+    f_x + B q_x - source over the polynomial of the cell, in closed form if the model defines ``cell_integral``. The
+    reconstructed variables are the model's characteristic variables of q + ``lift``, which is constant at rest. So a lake at
+    rest is preserved to rounding over any bottom.
 
     Parameters
     ----------
     riemann : the Riemann solver.
-    reconstruction : `MP5`, `WENO5` (fifth order), `MUSCL` (second), or one of your own.
-    integrator : `SSPRK104`, `SSPRK3`, `DP5` or `ARK4`, which takes one source into its stages, stiff or not: friction on slopes
-        needs it. With the others sources alternate with transport by Strang's splitting: second order, and first where a
-        source balances the flow, which gives a warning.
-    cfl : Courant number aimed at; None for that of the integrator.
+    reconstruction : `MP5`, `WENO5` (fifth order), `MUSCL` (second order), or a user-defined one.
+    integrator : `SSPRK104`, `SSPRK3`, `DP5` or `ARK4`. `ARK4` treats one source implicitly in its stages, which friction on
+        slopes needs. The others alternate sources and transport by Strang splitting: second order, and first order, with a
+        warning, where a source balances the flow.
+    cfl : target Courant number; None for that of the integrator.
 
     Notes
     -----
-    Fifth order where the solution is smooth and masses are present. For a model with masses the polynomial of a cell is
-    drawn towards its mean where it would leave a face less than a tenth of it, and where masses of its five cells differ
-    by more than a factor 10: shores are first order. It is drawn further where velocities at its faces would leave those of
-    the cell and its neighbours, and faces where a phase parts faster than sound get the relaxation solver. With an SSP
-    integrator depths then stay non-negative; `DP5` and `ARK4` do not promise that.
+    Fifth order for smooth solutions without absent phases. For a model with masses the polynomial of a cell is scaled towards
+    its mean where a face value would be less than a tenth of the mean, and where masses of its five cells differ by more than
+    a factor 10: first order at wet/dry fronts. It is scaled further where velocities at its faces would exceed the range of
+    the cell and its neighbours. Faces where a phase separates faster than sound use the relaxation solver. With an SSP
+    integrator depths stay non-negative; `DP5` and `ARK4` do not guarantee that.
 
-    Composite waves of a flux that is not convex, fan and shock in one, may converge to a shock that breaks the entropy condition:
-    use `WavePropagation`, which does not.
+    Composite waves of a nonconvex flux (shock and fan attached) may converge to a shock that violates the entropy condition;
+    use `WavePropagation` for them.
 
-    Where the solution jumps, second-order `WavePropagation` gives the same error in a fifth of the time. Static friction
-    (piles at rest) is left to it.
+    For discontinuous solutions second-order `WavePropagation` reaches the same error in a fifth of the time. Static friction
+    (piles at rest) is not supported; use `WavePropagation`.
 
-    Source: reconstruction in modes, frozen equilibrium and in-cell integral derived here.
+    Source: reconstruction in characteristic variables, frozen equilibrium and in-cell integral derived here.
     """
 
     riemann: RiemannSolver = attrs.field()
@@ -71,7 +71,7 @@ class MethodOfLines(Scheme):
 
     @property
     def cfl_max(self) -> float:
-        """A tenth above the number aimed at: speeds may grow that much within a step."""
+        """1.1 times the target Courant number, since wave speeds may grow within a step."""
         return 1.1 * self.cfl
 
     @property
@@ -122,7 +122,7 @@ class MethodOfLines(Scheme):
                 Stage(net_change, {**faces, **here("inside", "aux")}, (NET,)))
 
     def source_stages(self, parts: Parts) -> tuple[Stage, ...]:
-        """Return the stages of the implicit sources: ``net`` is their mean rate over a cell, with its sign turned."""
+        """Return the stages of the implicit sources; ``net`` is minus their mean rate over a cell."""
         if not (self.integrator.implicit and parts.sources):
             return ()
         return (Stage(mean_source, self._reconstruct().reads, (NET,)),)
@@ -131,9 +131,9 @@ class MethodOfLines(Scheme):
         return parts
 
     def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
-        """Return averages, values at both faces, third modes and, still 0, residuals of the background.
+        """Return averages, values at both faces, third modes and residuals (initially 0) of the background, (5 num_eqn, m).
 
-        The faces of ghost cells, and all where no values at faces are given, come from the averages.
+        Face values of ghost cells are reconstructed from the averages; so are all face values if ``at_faces`` is None.
         """
         reach, width = self.reconstruction.reach, flow.shape[1]
         stencil = [tuple(flow[:, k:width - 2 * reach + k]) for k in range(2 * reach + 1)]

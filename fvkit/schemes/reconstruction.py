@@ -1,4 +1,4 @@
-"""Reconstructions: from cell averages to the values at the faces of a cell."""
+"""Reconstructions: face values from cell averages (MP5, WENO5, MUSCL)."""
 
 from abc import ABC, abstractmethod
 from typing import ClassVar
@@ -16,11 +16,11 @@ class Reconstruction(Part, ABC):
     """Abstract reconstruction of one variable. Contract:
 
     1. ``right(a, b, c, d, e)`` returns the value at the right face of the middle one of five cells with these averages;
-       pointwise. That of the left face is ``right(e, d, c, b, a)``.
-    2. It returns c for five equal averages, to rounding: rest depends on it.
-    3. ``reach`` is 1 where a and e are not looked at, else 2.
-    4. ``cubic = True`` says that the polynomial of a cell has the unlimited third mode of five averages, which lifts the
-       integral over the cell from fourth to fifth order.
+       pointwise. The value at the left face is ``right(e, d, c, b, a)``.
+    2. For five equal averages it returns c, to rounding; a lake at rest depends on that.
+    3. ``reach`` is 1 if the result does not depend on a and e, else 2.
+    4. ``cubic = True`` declares that the polynomial of a cell has the unlimited third mode of five averages, which increases
+       the order of the integral over the cell from four to five.
     5. ``order`` is the order in smooth flow, for reports.
     """
 
@@ -36,7 +36,7 @@ class Reconstruction(Part, ABC):
 
 @attrs.frozen
 class MP5(Reconstruction):
-    """Fifth order, kept within monotonicity-preserving bounds: sharpest at jumps, exact fifth order in smooth extrema.
+    """Fifth-order monotonicity-preserving reconstruction: sharpest at jumps, fifth order also at smooth extrema.
 
     Source: A. Suresh, H. T. Huynh, J. Comput. Phys. 136 (1997) 83-99, with alpha = 4 (remembered, order measured).
     """
@@ -62,7 +62,7 @@ def curvature(x, y):
 
 @attrs.frozen
 class WENO5(Reconstruction):
-    """Fifth order, weighted essentially non-oscillatory, with the weights of WENO-Z: softer at jumps than `MP5`.
+    """Fifth-order weighted essentially non-oscillatory reconstruction with WENO-Z weights: more diffusive at jumps than `MP5`.
 
     Source: R. Borges, M. Carmona, B. Costa, W. S. Don, J. Comput. Phys. 227 (2008) 3191-3211 (remembered, order
     measured), the constant in the weights relative to the data: derived here.
@@ -87,7 +87,7 @@ def weight(share, tau, smoothness):
 
 @attrs.frozen
 class MUSCL(Reconstruction):
-    """Second order: slopes limited by the monotonized central minmod(2 (c-b), (d-b)/2, 2 (d-c)).
+    """Second-order MUSCL reconstruction with the monotonized central slope minmod(2 (c-b), (d-b)/2, 2 (d-c)).
 
     Source: B. van Leer, J. Comput. Phys. 32 (1979) 101-136.
     """

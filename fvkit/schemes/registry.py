@@ -1,4 +1,4 @@
-"""Names of parts in reports, files and on the command line: ``VanLeer`` is ``van-leer``."""
+"""Registry of limiters, reconstructions, integrators and schemes by name: ``VanLeer`` is ``van-leer`` in reports and commands."""
 
 
 from fvkit.pointwise.part import by_name

@@ -1,4 +1,4 @@
-"""Riemann solvers: how the jump at a face becomes waves."""
+"""Riemann solvers in f-wave form: Roe, HLL, Rusanov, and solvers written for PyClaw."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -19,19 +19,19 @@ from fvkit.problem.questions import RIEMANN
 class RiemannSolver(Part, ABC):
     """Abstract Riemann solver in f-wave form. Contract:
 
-    1. ``solve(model, ql, qr, auxl, auxr, jump)`` returns (waves, speeds): tuples, one entry per wave family; a
+    1. ``solve(model, ql, qr, auxl, auxr, jump)`` returns (waves, speeds): tuples with one entry per wave family; a
        wave has one component per equation. Pointwise.
-    2. The waves add up to ``jump``, to rounding, for any data: that is conservation and balance at once.
-    3. It asks the model questions (``model.balanced_difference(...)``) and never which model it is;
-       ``needs`` names the questions without a usable default.
-    4. ``eigenvectors = True`` says that each wave is an eigenvector of the Roe-mean matrix with its speed; else
-       second order takes the matrix itself from ``model.matrix_product``.
-    5. ``positive = True`` says that masses stay non-negative for any data; else the scheme falls back to the model's
-       ``relaxation``, where it defines one, at faces next to dry ground.
-    6. ``compilable = False`` says that it needs whole arrays: it runs on the NumPy backend, and its code is not checked.
-    7. ``bounds = True`` says that its speeds are bounds from `fvkit.problem.answers.face_speeds`: they must hold for all states
-       between.
-    8. The time step keeps every |speed| dt/dx below the CFL number, so speeds bound the true ones.
+    2. The waves add up to ``jump``, to rounding, for any data; conservation and well-balancedness follow.
+    3. It calls methods of the model (such as ``model.balanced_difference(...)``) and does not test the model's class;
+       ``needs`` lists the methods that have no default.
+    4. ``eigenvectors = True`` declares that each wave is an eigenvector of the Roe-mean matrix with its speed; else the
+       second-order corrections use ``model.matrix_product``.
+    5. ``positive = True`` declares that masses stay non-negative for any data; else the scheme falls back to the model's
+       ``relaxation``, if defined, at faces next to dry ground.
+    6. ``compilable = False`` declares that it needs whole arrays: it runs on the NumPy backend, and its code is not checked.
+    7. ``bounds = True`` declares that its speeds are bounds from `fvkit.problem.answers.face_speeds`, valid for all states
+       between the two of the face.
+    8. Its speeds bound the true wave speeds, since the time step keeps every |speed| dt/dx below the CFL number.
     """
 
     questions = RIEMANN
@@ -43,21 +43,22 @@ class RiemannSolver(Part, ABC):
 
     @abstractmethod
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        """Return (waves, speeds) of the face whose total fluctuation is ``jump``."""
+        """Return (waves, speeds) of a face with total fluctuation ``jump``: tuples with one entry per wave family."""
 
     @default
     def total(self, ql, qr, auxl, auxr):
-        """Return what the solver's own waves add up to, for one that finds them without the model's jump. Asked only where
-        defined: of a model whose flux is another the run is first order, and says so."""
+        """Return the sum of the waves, one value per component, for a solver that does not use the model's jump.
+
+        Optional. If the flux of the model differs from the sum, the run is first order and warns."""
         raise NotImplementedError(f"{type(self).__name__} defines no `total`: its waves add up to the jump of the model")
 
     @classmethod
     def serves(cls, model: Model | type[Model]) -> bool:
-        """Whether a model answers what the solver needs."""
+        """Whether a model defines the methods in ``needs``."""
         return all(model.defines(need) for need in cls.needs)
 
     def check(self, model: Model) -> None:
-        """Raise ValueError, naming what is missing and what fits, if the solver cannot serve ``model``."""
+        """Raise ValueError, with the missing methods and the solvers that fit, if ``model`` does not define ``needs``."""
         missing = [need for need in self.needs if not model.defines(need)]
         if missing:
             fitting = sorted(kind.__name__ for kind in RiemannSolver.__subclasses__()
@@ -68,7 +69,7 @@ class RiemannSolver(Part, ABC):
 
 
 def explained(model, ql, qr, auxl, auxr, jump):
-    """Return D, A^ D, and K, None where the jump is a flux difference: D explains all of it."""
+    """Return D, A^ D and K = J - A^ D of `HLL`, tuples of components; K is None for a conservation law, where it is 0."""
     change = model.difference(ql, qr, auxl, auxr)
     if not model.defines("jump"):
         return change, jump, None
@@ -83,7 +84,7 @@ def explained(model, ql, qr, auxl, auxr, jump):
 
 
 def towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, apart):
-    """Return what travels left of K: (s2 - A^) K/(s2 - s1) where the bounds lie ``apart``, else all of it, half or nothing."""
+    """Return the left-going part of K: (s2 - A^) K/(s2 - s1) where the bounds are ``apart``, else all, half or none of K."""
     if rest is None:
         return (0.0,) * len(ql)
     part = scale(1.0 / where(apart, s2 - s1, 1.0), rest)
@@ -94,11 +95,10 @@ def towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, apart):
 
 @attrs.frozen
 class Roe(RiemannSolver):
-    """Roe's linearisation: the jump as a sum of eigenvectors of the Roe-mean matrix.
+    """Roe solver: the jump as a sum of eigenvectors of the Roe-mean matrix.
 
-    The sharpest solver; it needs ``decompose`` of the model. By itself it guarantees neither positive depths near vacuum,
-    where the scheme falls back to the model's ``relaxation``, nor, without the entropy fix of the scheme, a physical
-    transonic rarefaction.
+    The sharpest solver; it needs the model's ``decompose``. It does not guarantee positive depths near vacuum, where the
+    scheme falls back to the model's ``relaxation``. Transonic rarefactions need the entropy fix of the scheme.
 
     Source: P. L. Roe, J. Comput. Phys. 43 (1981) 357-372; f-waves: Bale, LeVeque, Mitran, Rossmanith,
     SIAM J. Sci. Comput. 24 (2003) 955-978.
@@ -111,25 +111,25 @@ class Roe(RiemannSolver):
         return model.decompose(ql, qr, auxl, auxr, jump)
 
 
-#: Bounds that differ by less than this share of the larger one coincide: waves are differences over their distance, and where a
-#: scalar law is smooth nothing but rounding would be left of them.
+#: Relative distance below which two speed bounds count as equal: waves are differences divided by that distance, and would be
+#: mere round-off where a scalar law is smooth.
 NARROW = 1e-3
 
 
 @attrs.frozen
 class HLL(RiemannSolver):
-    """Two waves at bounds s1 <= s2 of all speeds of both sides::
+    """HLL solver: two waves at bounds s1 <= s2 of all wave speeds at the face::
 
         Z1 = s1 (s2 D - A^ D)/(s2 - s1) + K-,  Z2 = J - Z1,  K = J - A^ D,
 
-    where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that
-    viscosity acts on: 0 at rest and in uniform flow down a slope, see `fvkit.schemes.riemann`. A conservation law has D = qr -
-    ql, A^ D = J and K = 0: the usual HLL. Where both bounds coincide the jump travels with them.
+    where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that the
+    numerical viscosity acts on, 0 at rest and in uniform flow down a slope. A conservation law has D = qr - ql, A^ D = J and
+    K = 0: the usual HLL. If s1 = s2 the whole jump is assigned to that single speed.
 
     Notes
     -----
-    Fails, by smearing, where waves between the outer ones matter: contacts, internal waves of two phases. Over a bottom and
-    with sources it is as good as the model's ``matrix_product``.
+    Smears waves between the outer ones: contacts, internal waves of two phases. Over a bottom and with sources its accuracy
+    depends on the model's ``matrix_product``.
 
     Source: Harten, Lax, van Leer, SIAM Rev. 25 (1983) 35-61; path-conservative form: Castro Diaz, Kurganov,
     Morales de Luna, M2AN 53 (2019) 959-985; D and K derived here.
@@ -150,10 +150,10 @@ class HLL(RiemannSolver):
 
 @attrs.frozen
 class Rusanov(RiemannSolver):
-    """Two waves at -/+ s, s the largest speed of both sides: Z1 = (A^ D - s D)/2 + K-, Z2 = J - Z1.
+    """Rusanov (local Lax-Friedrichs) solver: two waves at -/+ s, s the largest speed: Z1 = (A^ D - s D)/2 + K-, Z2 = J - Z1.
 
-    D and K as in `HLL`, K- what HLL sends left of K. A conservation law has K = 0, so Z1 = (J - s D)/2. The simplest and most
-    diffusive solver.
+    D and K are those of `HLL`, K- the left-going part of K. A conservation law has K = 0, so Z1 = (J - s D)/2. The simplest
+    and most diffusive solver.
 
     Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320; D and K derived here.
     """
@@ -182,24 +182,24 @@ def _data(value: Any) -> Any:
 
 @attrs.frozen
 class PyClawRiemann(RiemannSolver):
-    """A solver ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)`` of PyClaw's Python form.
+    """PyClaw Riemann solver in Python, ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)``.
 
     Arrays are (num_eqn, num_faces), ``wave`` is (num_eqn, num_waves, num_faces), ``s`` is (num_waves, num_faces). The waves
-    become f-waves, Z_k = s_k W_k; what they miss of the model's jump (rounding, or a source) is shared among them in equal
-    parts, so that every solver conserves.
+    become f-waves, Z_k = s_k W_k. Their difference to the model's jump (rounding, or a source) is distributed over the waves
+    in equal parts, so that the scheme is conservative.
 
     Parameters
     ----------
-    function : the solver.
-    problem_data : what it receives as ``problem_data``.
-    fwave : whether its waves are f-waves already.
+    function : the Riemann solver.
+    problem_data : dictionary passed to the function as ``problem_data``.
+    fwave : True if its waves are f-waves already.
 
     Notes
     -----
-    Runs on the NumPy backend only: the function needs whole arrays. ``amdq`` and ``apdq`` are not used: an entropy fix
-    that lives there is not seen, the scheme has its own (Roe). The model gives flux, wave speeds and, for the first time
-    step, bounds; it should be the one that the function was written for, with ``flux(q, aux)`` where that depends on x. Where its
-    flux is another and it has no ``matrix_product``, the run is first order, on the waves of the function, and warns.
+    Runs on the NumPy backend only, since the function needs whole arrays. ``amdq`` and ``apdq`` are not used, so an entropy
+    fix in them has no effect; the entropy fix of the scheme is for Roe. The model should have the equations of the function,
+    with ``flux(q, aux)`` if the flux depends on x. If the flux of the model differs and the model has no ``matrix_product``,
+    the run is first order, with the waves of the function, and warns.
 
     Source: the contract of PyClaw's Python solvers, www.clawpack.org (clawpack.riemann).
     """
@@ -219,7 +219,7 @@ class PyClawRiemann(RiemannSolver):
         return tuple(self._waves(ql, qr, auxl, auxr)[0].sum(axis=1))
 
     def _waves(self, ql: Any, qr: Any, auxl: Any, auxr: Any) -> tuple[Any, Any]:
-        """The f-waves of the function, (num_eqn, num_waves, num_faces), and their speeds."""
+        """Return the f-waves of the function, (num_eqn, num_waves, num_faces), and their speeds, (num_waves, num_faces)."""
         shape = np.broadcast(*ql, *qr).shape
         left, right, given_left, given_right = (np.array([np.broadcast_to(row, shape) for row in side])
                                                 for side in (ql, qr, auxl, auxr))
@@ -228,8 +228,7 @@ class PyClawRiemann(RiemannSolver):
 
 
 def default_riemann(model: Model) -> RiemannSolver:
-    """Return the Riemann solver of a run that names none: what the model prefers, else Roe, or HLL where it has no
-    decomposition."""
+    """Return the default Riemann solver of a model: its ``preferred_riemann``, else Roe, or HLL without ``decompose``."""
     if model.defines("preferred_riemann"):
         return validation.instance(model.preferred_riemann(), "preferred_riemann()", RiemannSolver)
     return Roe() if model.defines("decompose") else HLL()

@@ -1,4 +1,4 @@
-"""`Scheme`, and the stages that it is made of."""
+"""`Scheme`: base class of numerical schemes, and the stages of a time step."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ from fvkit.schemes.splitting import Splitting
 
 
 class Parts(NamedTuple):
-    """The parts that a stage's function may ask, and the length of a cell."""
+    """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage."""
 
     model: Model
     riemann: RiemannSolver
@@ -42,13 +42,13 @@ class Parts(NamedTuple):
 
     @property
     def joint(self) -> tuple[Source, ...]:
-        """The sources that act together with the transport, those between phases first: the bed has the last word."""
+        """Sources that act together with the transport: first those between phases (drag), last those at the bed (friction)."""
         found = () if self.reconstruction is not None else [source for source in self.sources if source.defines("driven")]
         return tuple(sorted(found, key=lambda source: not source.between_phases))
 
     @property
     def beside(self) -> tuple[Source, ...]:
-        """The other sources, which alternate with the transport as the splitting of the scheme says."""
+        """The other sources, which alternate with the transport by the splitting of the scheme."""
         joint = self.joint
         return tuple(source for source in self.sources if not any(source is other for other in joint))
 
@@ -83,7 +83,7 @@ NET, NEW, SPEED, MASS_FLUX = "net", "new", "fastest", "mass_flux"
 
 @attrs.frozen
 class Stage:
-    """One pointwise stage of a scheme.
+    """Pointwise stage of a time step.
 
     ``compute(parts, ratio, **inputs)`` gets dt/dx and its inputs by the names of ``reads``; it returns {field: value} for the
     fields in ``writes``. Cells and faces share one numbering: face j is the left face of cell j, between cells j - 1 and j. The
@@ -127,9 +127,9 @@ class Scheme(ABC):
 
     Attributes
     ----------
-    riemann : the Riemann solver at its faces.
-    cfl : Courant number that the time step aims at.
-    splitting : when sources act.
+    riemann : Riemann solver at the faces.
+    cfl : target Courant number.
+    splitting : splitting of transport and sources.
     """
 
     riemann: RiemannSolver
@@ -143,55 +143,55 @@ class Scheme(ABC):
 
     @property
     def time_integrator(self) -> Integrator | None:
-        """The integrator of a semi-discrete scheme; None for one that makes its step itself."""
+        """Time integrator of a semi-discrete scheme; None for a fully discrete scheme."""
         return None
 
     @property
     def wants_cross(self) -> bool:
-        """Whether the scheme needs the model's `cross`, where it has one, for its order."""
+        """Whether the scheme uses the model's `cross` for its order."""
         return False
 
     def at_first_order(self) -> "Scheme":
-        """Return this scheme at first order, without the matrix of the model; itself where it asks none."""
+        """Return the first-order version of this scheme, which does not use the model's matrix; by default the scheme itself."""
         return self
 
     @property
     @abstractmethod
     def limiting(self) -> Any:
-        """The part, or tuple of parts, that keeps the scheme quiet at jumps: what reports call the limiter."""
+        """Limiter or reconstruction, or a tuple of limiters, named "limiter" in reports."""
 
     @property
     @abstractmethod
     def nominal_order(self) -> int:
-        """Order where the solution is smooth."""
+        """Order of accuracy for smooth solutions."""
 
     @abstractmethod
     def parts(self, model: Model, sources: tuple[Source, ...]) -> Parts:
-        """Return the parts of this scheme for ``model``, or raise ValueError naming the pair that cannot work."""
+        """Return the `Parts` of this scheme for ``model``, or raise ValueError for an incompatible pair."""
 
     def around(self, parts: Parts) -> Parts:
-        """Return the parts for a problem with a background; by default the model is seen from it, face by face."""
+        """Return the `Parts` for a problem with a background; by default jumps of the model are relative to the background."""
         return parts._replace(model=deviation(parts.model))
 
     def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
-        """Return the rows that stand behind the aux values for a background; by default its cell averages.
+        """Return the additional aux values of a background, (rows, m); by default its cell averages.
 
         Parameters
         ----------
         parts : the parts of the scheme.
         flow : (num_eqn, m) cell averages of the background, ghost cells included.
         aux : (num_aux, m) cell averages of the aux functions.
-        at_faces : (num_eqn, num_cells + 1) its values at the faces, None where it is given by averages alone.
+        at_faces : (num_eqn, num_cells + 1) values of the background at the faces; None if only averages are known.
         """
         return flow
 
     def completed(self, rows: np.ndarray, net: np.ndarray) -> np.ndarray:
-        """Return the rows of `background` with what the stages make of it, ``net`` (num_eqn, m); by default as they are."""
+        """Return the rows of `background`, completed with its residual ``net`` (num_eqn, m); by default unchanged."""
         return rows
 
     @abstractmethod
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
-        """Return the stages of a step."""
+        """Return the tuple of stages of a transport step."""
 
     def source_stages(self, parts: Parts) -> tuple[Stage, ...]:
         """Return the stages of implicit sources; none by default."""

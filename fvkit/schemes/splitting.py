@@ -1,4 +1,4 @@
-"""Splittings: where the source steps stand beside the transport."""
+"""Operator splitting of transport and sources: Godunov, Strang, none."""
 
 from abc import ABC
 from typing import Any, ClassVar
@@ -8,11 +8,11 @@ import attrs
 
 @attrs.frozen
 class Splitting(ABC):
-    """Abstract splitting of a step of length dt into transport and the sources that act beside it. Contract:
+    """Abstract operator splitting of a step of length dt into transport and sources. Contract:
 
-    1. ``before`` and ``after`` are the shares of dt for which the sources act before and after the transport;
-       they add up to 1 (``total``; 0 where an integrator takes the sources itself), and a share of 0 costs nothing.
-    2. Sources act in the given order before the transport and in reverse order after it.
+    1. ``before`` and ``after`` are the fractions of dt for which the sources act before and after the transport;
+       they add up to ``total``, which is 1, or 0 if a time integrator includes the sources. A fraction of 0 costs nothing.
+    2. Sources act in the given order before the transport and in reverse order after the transport.
     """
 
     before: ClassVar[float]
@@ -20,7 +20,7 @@ class Splitting(ABC):
     total: ClassVar[float] = 1.0
 
     def check(self) -> None:
-        """Raise ValueError where the sources would act for another time than the transport."""
+        """Raise ValueError unless ``before`` and ``after`` are non-negative and add up to ``total``."""
         if self.before + self.after != self.total or min(self.before, self.after) < 0.0:
             raise ValueError(f"`before` and `after` of {type(self).__name__} must be >= 0 and add up to {self.total:g}, got "
                              f"{self.before:g} and {self.after:g}")
@@ -33,7 +33,7 @@ class Splitting(ABC):
 
 @attrs.frozen
 class Godunov(Splitting):
-    """Transport, then source: first order in time."""
+    """Godunov splitting: transport, then sources; first order in time."""
 
     before: ClassVar[float] = 0.0
     after: ClassVar[float] = 1.0
@@ -41,7 +41,7 @@ class Godunov(Splitting):
 
 @attrs.frozen
 class Unsplit(Splitting):
-    """No splitting: the integrator takes the sources into its stages."""
+    """No splitting: the time integrator includes the sources in its stages."""
 
     before: ClassVar[float] = 0.0
     after: ClassVar[float] = 0.0
@@ -50,7 +50,7 @@ class Unsplit(Splitting):
 
 @attrs.frozen
 class Strang(Splitting):
-    """Half the source, transport, half the source: second order, first order where the source is stiff."""
+    """Strang splitting: half the source, transport, half the source; second order, first order for a stiff source."""
 
     before: ClassVar[float] = 0.5
     after: ClassVar[float] = 0.5

@@ -33,41 +33,41 @@ def _order(value: Any) -> int:
 
 @attrs.frozen
 class WavePropagation(Scheme):
-    """Godunov's method (order 1), with limited Lax-Wendroff corrections (order 2).
+    """Wave propagation: Godunov's method (order 1), with limited Lax-Wendroff corrections (order 2).
 
     A face with total fluctuation J = sum Z_k sends A- = sum_{s<0} Z_k to the left and A+ = J - A- to the right (a
-    zero-speed f-wave is split in half). At order 2 it also carries the correction flux
+    zero-speed f-wave is split in half). At order 2 the correction flux
 
         F = 1/2 sum_k sgn(s_k) Z~_k - dt/(2 dx) A^ sum_k Z~_k,   Z~_k = phi(theta_k, nu_k) Z_k,
 
-    with the Roe-mean matrix A^: second order for every solver, also where the waves are no eigenvectors; for
-    eigenvectors A^ Z_k = s_k Z_k. Nonconservative products and bottom need the *cross term* as well,
-    (dt/dx)^2/4 of the model's ``cross`` to each neighbour: without it the scheme is first order wherever both act.
+    is added, with the Roe-mean matrix A^. So every solver is second order, also if its waves are not eigenvectors; for
+    eigenvectors A^ Z_k = s_k Z_k. Nonconservative products and a bottom also need the *cross term*,
+    (dt/dx)^2/4 of the model's ``cross`` for each neighbour; without it the scheme is first order there.
 
     Parameters
     ----------
     riemann : the Riemann solver.
-    limiter : one limiter, or a tuple of one per wave family of the solver. Unused at order 1.
+    limiter : one limiter, or a tuple with one per wave family of the solver. Unused at order 1.
     order : 1 or 2.
-    cfl : Courant number aimed at, in (0, 1].
-    splitting : how sources alternate with transport.
-    entropy_fix : for solvers with eigenvectors (Roe), add viscosity to the outer fields at transonic rarefactions, from
-        the balanced difference, so that rest and shocks are untouched.
-    cross_term : take the cross term (order 2). Switch it off only to see what it is for.
-    in_cell_shocks : take cells apart that an isolated shock crosses, see Notes. Any solver serves, for a model with
+    cfl : target Courant number, in (0, 1].
+    splitting : splitting of transport and sources.
+    entropy_fix : for solvers with eigenvectors (Roe), add viscosity to the outer fields at transonic rarefactions. The
+        viscosity acts on the balanced difference, so that rest and shocks are unchanged.
+    cross_term : include the cross term (order 2). Switch it off only to study its effect.
+    in_cell_shocks : reconstruct isolated shocks inside cells, see Notes; for any solver, with a model that defines
         ``decompose``.
 
     Notes
     -----
-    Where the model has masses, none turns negative: a face carries no more than a cell can give, and where neighbours
-    differ much, or a phase is all but absent, solvers that are not positive themselves fall back to the model's
-    ``relaxation``, face by face. Corrections fade at such faces: the scheme is first order at shores.
+    Masses of the model never become negative: mass fluxes are limited by the content of the cell. Where neighbouring depths
+    differ much, or a phase is almost absent, solvers that are not positive fall back to the model's ``relaxation``, face by
+    face. Corrections vanish at such faces: the scheme is first-order accurate at wet/dry fronts.
 
-    Internal shocks of a nonconservative system converge to a solution that depends on the scheme's own viscosity: a
-    few percent in their speed, at any number of cells. With ``in_cell_shocks`` they converge to the weak solution of the
-    stated path, that of the model's ``jump`` (for `fvkit_granular.TwoPhase` the segment in the depths); that path is no
-    more physical than others. A shock with a fan attached stays .1 to .4 % off, since the states come from Roe's
-    linearisation. Cells of smooth, dry or static flow are left alone; faces of a marked cell are first order.
+    Internal shocks of a nonconservative system converge to a solution that depends on the numerical viscosity; the error of
+    their speed is a few percent at any number of cells. With ``in_cell_shocks`` they converge to the weak solution of the
+    stated path, that of the model's ``jump`` (for `fvkit_granular.TwoPhase` the segment in the depths). That path is not more
+    physical than others. The speed of a shock with an attached fan keeps an error of .1 to .4 %, since the states come from
+    Roe's linearisation. Cells of smooth, dry or static flow are unchanged; faces of a marked cell are first order.
 
     Source: R. J. LeVeque, Finite Volume Methods for Hyperbolic Problems, 2002, chapters 6, 15; f-waves: Bale, LeVeque,
     Mitran, Rossmanith, SIAM J. Sci. Comput. 24 (2003) 955-978. Matrix form and cross term: derived here.
@@ -88,7 +88,7 @@ class WavePropagation(Scheme):
 
     @property
     def cfl_max(self) -> float:
-        """1, the limit of stability, with room for rounding."""
+        """Stability limit 1, with a tolerance for round-off."""
         return 1.0 + 1e-12
 
     @property
@@ -138,7 +138,7 @@ class WavePropagation(Scheme):
         return tuple(result)
 
     def _second_order(self, parts: Parts) -> list[Stage]:
-        """The stages of the corrections: they write "correction" and, where the model has it, "cross"."""
+        """Return the stages of the second-order corrections, fields "correction" and, if the model defines it, "cross"."""
         result = []
         if self.in_cell_shocks or (parts.model.defines("relaxation") and not self.riemann.positive):
             result.append(Stage(upwinding, here("speeds"), ("sides",), light=True))
@@ -153,7 +153,7 @@ class WavePropagation(Scheme):
         return result
 
     def _corrections(self, parts: Parts) -> tuple[str, ...]:
-        """Names of the correction fields."""
+        """Return the names of the correction fields."""
         if self.order == 1:
             return ()
         return ("correction", "cross") if self.cross_term and parts.model.defines("cross") else ("correction",)
@@ -165,9 +165,9 @@ def projections(parts, ratio, before, waves):
 
 
 def overlap(model, ratio, one, other):
-    """Return the scalar product of two waves, momenta times 2 dt/dx: as large as the masses of a wave of Courant number 1/2.
+    """Return the scalar product of two waves, with momenta scaled by 2 dt/dx, so that results do not depend on units.
 
-    So results depend on no unit.
+    Scaled momenta equal the masses for a wave of Courant number 1/2.
     """
     momenta = [momentum for _, momentum in model.phases]
     scaled = [2.0 * ratio if row in momenta else 1.0 for row in range(len(one))]
@@ -175,9 +175,9 @@ def overlap(model, ratio, one, other):
 
 
 def limited(model, limiters, ratio, waves, speeds, overlaps, gently=False):
-    """Return the limiter's factor of every wave; ``overlaps`` are its projections on both neighbours, none if unlimited.
+    """Return the limiter's factor of every wave; ``overlaps`` are its projections on both neighbours, absent if unlimited.
 
-    ``gently``: at most that of Minmod. Sharper ones keep what is no entropy solution where a flux is not convex.
+    ``gently`` bounds the factor by that of Minmod, since sharper limiters may violate the entropy condition of nonconvex fluxes.
     """
     if not overlaps:
         return tuple(1.0 for _ in waves)

@@ -1,4 +1,4 @@
-"""Studies: runs that are compared with each other."""
+"""Studies: convergence orders, comparisons of schemes and work-precision."""
 
 from fvkit.studies.convergence import convergence
 from fvkit.studies.orders import Convergence, OrderError

@@ -1,4 +1,4 @@
-"""`convergence`: errors on finer and finer grids, and the order that they show."""
+"""`convergence`: errors under grid refinement and the observed order of convergence."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -30,11 +30,11 @@ NORMS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
 def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = None,
                 cells: Sequence[int] = (50, 100, 200, 400), reference: Any = None, *, expect: float | None = None,
                 norm: str = "l1", backend: str = "auto", progress: Callable[[str], None] | None = None) -> Convergence:
-    """Solve a problem on finer and finer grids and measure the order of the scheme.
+    """Measure the order of convergence of a scheme under grid refinement.
 
     ::
 
-        p = log(E_coarse/E_fine) / log(N_fine/N_coarse),   E = norm of (computed - wanted cell averages) at t_end.
+        p = log(E_coarse/E_fine) / log(N_fine/N_coarse),   E = norm of (computed - reference cell averages) at t_end.
 
     Parameters
     ----------
@@ -42,29 +42,29 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
     scheme : the scheme; None for the default of `fvkit.solve`.
     cells : numbers of cells, ascending.
     reference : function (x, t) -> conserved values (num_eqn, m) at x (m,), averaged over the cells by quadrature; or an
-        object with ``averages(model, grid, t)`` -> (num_eqn, n), such as that of a scene. None for self-convergence: E is
-        then the difference to the next finer grid, averaged onto the coarse one. That shows the order, not that the
-        limit is right; ``cells`` must grow by one whole factor.
-    expect : smallest order that the sum of the components must show between the last two errors.
+        object with ``averages(model, grid, t)`` -> (num_eqn, n), such as the reference of a scene. None for self-convergence:
+        E is then the difference to the next finer grid, averaged onto the coarse one. It measures the order but does not
+        verify the limit; ``cells`` must grow by a constant integer factor.
+    expect : required order, between the last two errors summed over the components.
     norm : ``"l1"`` (integral of |difference|), ``"l2"`` or ``"max"``.
     backend : as for `fvkit.solve`.
-    progress : function that receives a line of text before each run.
+    progress : function called with a line of text before each run.
 
     Returns
     -------
     Convergence
-        ``str()`` of it is the table.
+        Errors and observed orders; ``str()`` returns the table.
 
     Raises
     ------
     OrderError
-        If the order stays below ``expect``; an AssertionError with the table in its message.
+        If the order is below ``expect``; an AssertionError with the table in its message.
     fvkit.SolveError
         If a run fails.
     ValueError, TypeError
-        For bad input.
+        For invalid input.
     KeyboardInterrupt
-        After Ctrl-C; its attribute ``result`` is the Convergence of the grids that are done, None where they are too few.
+        After Ctrl-C; its attribute ``result`` is the Convergence of the finished grids, None if these are too few.
 
     Examples
     --------
@@ -110,7 +110,7 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
 
 
 def _least(alone: bool) -> int:
-    """Number of grids that show an order: without a reference the last has no error."""
+    """Return the smallest number of grids: 2 with a reference, 3 without, since the finest grid then has no error."""
     return 3 if alone else 2
 
 
@@ -125,7 +125,7 @@ def _counts(cells: Sequence[int], alone: bool) -> tuple[int, ...]:
 
 
 def _averaging(reference: Any) -> Callable[[Model, Grid, float], np.ndarray]:
-    """The reference as a function of model, grid and time that returns cell averages."""
+    """Return the reference as a function (model, grid, t) -> cell averages (num_eqn, n)."""
     if hasattr(reference, "averages"):
         return reference.averages
     if not callable(reference):
@@ -145,5 +145,5 @@ def _run(problem_of: Callable[[int], Problem], scheme: Scheme | None, count: int
 
 
 def _onto(q: np.ndarray, cells: int) -> np.ndarray:
-    """Averages over ``cells`` cells of averages on a grid that divides them."""
+    """Return averages over ``cells`` coarse cells, (num_eqn, cells), of averages on a refined grid."""
     return q.reshape(len(q), cells, -1).mean(axis=2)

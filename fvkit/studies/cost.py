@@ -1,18 +1,18 @@
-"""How long the next run of a series will take."""
+"""Prediction of the run time on a finer grid from coarser runs."""
 
 from collections.abc import Sequence
 from math import log
 
 
 def predicted(cells: int, done: Sequence[tuple[int, float]]) -> float:
-    """Return the seconds of a run with ``cells`` cells, to judge by coarser runs.
+    """Return the predicted run time with ``cells`` cells, s, extrapolated from coarser runs.
 
-    Cost grows with N^2, on coarse grids, where each step costs the same, with N: the growth between the two finest runs
-    counts, held within 1 and 2; where there is but one run, N.
+    The time grows like N^2 on fine grids and like N on coarse grids, where the cost of a step does not depend on N. The
+    exponent is that between the two finest runs, limited to [1, 2], or 1 for a single run.
 
     Parameters
     ----------
-    done : (cells, seconds) of coarser runs, any number of them.
+    done : (cells, seconds) of coarser runs; without any the prediction is 0.
     """
     known = sorted(done)
     if not known:

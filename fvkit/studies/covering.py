@@ -1,4 +1,4 @@
-"""Few combinations that cover every pair of settings."""
+"""Pairwise covering: a small set of combinations that contains every pair of settings."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
@@ -6,11 +6,11 @@ from typing import Any
 
 
 def covering(every: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
-    """Greedily yield combinations until every pair of settings of two axes that occurs at all has occurred.
+    """Yield a greedy pairwise covering: combinations that contain every possible pair of settings of two axes.
 
     Parameters
     ----------
-    every : the possible combinations, {axis: setting}, settings hashable.
+    every : all possible combinations, {axis: setting}, with hashable settings.
     """
     pairs = [frozenset(combinations(choice.items(), 2)) for choice in every]
     left = set().union(*pairs)

@@ -1,4 +1,4 @@
-"""`Convergence`: errors and observed orders over the number of cells."""
+"""`Convergence`: errors and observed orders of a grid refinement study."""
 
 import json
 from pathlib import Path
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 class OrderError(Portable, AssertionError):
-    """A scheme that does not show the expected order; the message holds the table.
+    """Exception for an observed order below the expected one; the message contains the table.
 
     Parameters
     ----------
-    message : the sentence and the table.
+    message : a sentence and the table.
     convergence : the `Convergence`.
     """
 
@@ -30,7 +30,7 @@ class OrderError(Portable, AssertionError):
 
 
 def observed(errors: np.ndarray, cells: Any) -> np.ndarray:
-    """Return log(E_k/E_{k+1})/log(N_{k+1}/N_k) along the first axis; NaN where errors are rounding."""
+    """Return the observed orders log(E_k/E_{k+1})/log(N_{k+1}/N_k) along the first axis; NaN where errors are round-off."""
     with np.errstate(all="ignore"):
         ratios = np.log(errors[:-1] / errors[1:])
     steps = np.diff(np.log(np.asarray(cells, dtype=float))).reshape(-1, *[1] * (errors.ndim - 1))
@@ -39,17 +39,17 @@ def observed(errors: np.ndarray, cells: Any) -> np.ndarray:
 
 @attrs.frozen(eq=False)
 class Convergence:
-    """What `fvkit.convergence` found.
+    """Result of `fvkit.convergence`: errors and observed orders.
 
     Parameters
     ----------
-    scheme, model : what was run, in words.
-    kind : of the reference: ``"exact"``, ``"semi-exact"`` or ``"self-converged"``.
+    scheme, model : names of the scheme and the model.
+    kind : kind of the reference: ``"exact"``, ``"semi-exact"`` or ``"self-converged"``.
     norm : ``"l1"``, ``"l2"`` or ``"max"``.
-    names : the conserved components.
-    runs : numbers of cells that were run.
-    errors : (rows, num_eqn); one row per run, or one less: then they are differences to the next grid.
-    seconds : wall time of the stepping of each run.
+    names : names of the conserved components.
+    runs : number of cells of each run.
+    errors : (rows, num_eqn) errors, one row per run; without a reference one row less, with differences to the next grid.
+    seconds : wall time of the stepping of each run, s.
     """
 
     scheme: str
@@ -63,12 +63,12 @@ class Convergence:
 
     @property
     def differences(self) -> bool:
-        """Whether there was no reference: ``errors`` are differences to the next grid."""
+        """Whether ``errors`` are differences to the next grid, since there was no reference."""
         return len(self.errors) < len(self.runs)
 
     @property
     def cells(self) -> tuple[int, ...]:
-        """Numbers of cells that have an error, one per row."""
+        """Number of cells for each row of ``errors``."""
         return self.runs[:len(self.errors)]
 
     @property
@@ -78,7 +78,7 @@ class Convergence:
 
     @property
     def orders(self) -> np.ndarray:
-        """Observed order of each component between successive rows, (rows - 1, num_eqn); NaN where errors are rounding."""
+        """Observed order of each component between successive rows, (rows - 1, num_eqn); NaN where errors are round-off."""
         return observed(self.errors, self.cells)
 
     @property
@@ -88,9 +88,9 @@ class Convergence:
 
     @property
     def finest_error(self) -> float | None:
-        """Error of the finest run in the sum of components: measured, or |difference|/(r^p - 1) by Richardson.
+        """Error of the finest run, summed over the components: measured, or by Richardson extrapolation |difference|/(r^p - 1).
 
-        r is the factor between the grids and p the last observed order. None where the differences do not fall.
+        r is the refinement factor and p the last observed order. None if the differences do not decrease.
         """
         if not self.differences:
             return float(self.totals[-1])
@@ -98,7 +98,7 @@ class Convergence:
         return float(self.totals[-1] / ((self.runs[-1] / self.runs[-2]) ** p - 1.0)) if p > 0.0 else None
 
     def check(self, expect: float) -> None:
-        """Raise `OrderError` unless the sum of the components shows at least order ``expect`` in the last two rows."""
+        """Raise `OrderError` unless the observed order of the sum of the components in the last two rows is >= ``expect``."""
         last = self.total_orders[-1]
         if last >= expect:
             return
@@ -131,7 +131,7 @@ class Convergence:
         return self.table()
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw errors over cells, log-log, with a guide of the observed order; returns the axes."""
+        """Plot errors over the number of cells, log-log, with a reference slope of the observed order; return the axes."""
         from fvkit.output.figures import new_axes, plot_series, slope_guides
 
         target = ax if ax is not None else new_axes()[1][0]
@@ -148,7 +148,7 @@ class Convergence:
         return target
 
     def to_json(self) -> str:
-        """Return everything as JSON."""
+        """Return errors and orders as JSON text."""
         rows = [{"cells": n, "seconds": s, "error": dict(zip(self.names, row, strict=True)), "total": total}
                 for n, s, row, total in zip(self.cells, self.seconds, self.errors, self.totals, strict=False)]
         for row, orders, total in zip(rows[1:], self.orders, self.total_orders, strict=True):
@@ -157,7 +157,7 @@ class Convergence:
                                  "rows": rows, "finest_error": self.finest_error}), indent=1)
 
     def save(self, folder: str | Path) -> Path:
-        """Write convergence.json and convergence.png into ``folder``, made where missing; return it."""
+        """Write convergence.json and convergence.png to ``folder``, created if missing, and return its path."""
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)
         write_whole(target / "convergence.json", lambda file: file.write(self.to_json().encode()))

@@ -1,4 +1,4 @@
-"""`Report`: error against time for many runs of one scene, as a table, files and pictures."""
+"""`Report`: error versus run time for many runs of one scene, as table, files and figures."""
 
 import csv
 import io
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: Columns that name the scheme of a run; those that differ between the runs are shown per line.
+#: Columns that identify the scheme of a run; the table shows those that differ between the runs.
 SETTINGS = ("scheme", "limiter", "order", "integrator", "options")
 
 
 class Profile(NamedTuple):
-    """Observables at the end of one run, over x."""
+    """Observables over x at the end of a run."""
 
     x: np.ndarray
     observables: dict[str, np.ndarray]
 
 
 def environment(*packages: str) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return (machine, versions) for a report."""
+    """Return (machine, versions), two dictionaries for a report: hardware, and versions of Python and the given packages."""
     machine = {"processor": _processor(), "cores": os.cpu_count(), "system": platform.platform()}
     versions = {"python": platform.python_version()}
     for name in packages:
@@ -59,19 +59,19 @@ def _processor() -> str:
 
 @attrs.frozen(eq=False)
 class Report:
-    """What a comparison found.
+    """Result of a comparison: errors and run times of many runs of one scene.
 
     Parameters
     ----------
     scene : name of the scene.
     reference : {"kind": "exact" | "semi-exact" | "self-converged", "detail": sentence}.
-    rows : one dict per run; a run that failed is a row with its status.
-    machine, versions : where it was measured.
-    full_model : the model that the reference belongs to; errors of other models include a model error.
+    rows : one dict per run; a failed run is a row with its status.
+    machine, versions : hardware and software of the measurement, see `environment`.
+    full_model : name of the model of the reference; errors of other models include a modelling error.
     profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
-    bottom : (x, b) of the finest grid, None if flat.
-    remarks : what else the reference says of itself, {name: dict with a line of ``text``, or None}: lines of the table,
-        entries of report.json.
+    bottom : (x, b) on the finest grid, None if flat.
+    remarks : further information on the reference, {name: dict with a line of ``text``, or None}, for the table and
+        report.json.
     """
 
     scene: str
@@ -85,7 +85,7 @@ class Report:
     remarks: Mapping[str, Mapping[str, Any] | None] = attrs.field(factory=dict, repr=False)
 
     def series(self) -> dict[str, list[Row]]:
-        """Rows that differ only in their number of cells, {label: rows}; the label names only what varies."""
+        """Return the series of rows that differ only in the number of cells, {label: rows}; labels contain varying settings."""
         result: dict[str, list[Row]] = {}
         for row in self.rows:
             words = [row["model"], row["riemann"], row["limiter"] if self._varies("limiter") else ""]
@@ -95,7 +95,7 @@ class Report:
         return result
 
     def _varies(self, key: str, like: Row | None = None) -> bool:
-        """Whether rows differ in a column; only those with the scheme of ``like`` are looked at."""
+        """Whether rows differ in a column; with ``like`` only among rows of the same scheme."""
         return len({row[key] for row in self.rows if like is None or row["scheme"] == like["scheme"]}) > 1
 
     def table(self) -> str:
@@ -117,7 +117,8 @@ class Report:
         reached = self.work_precision()
         if reached is not None and reached.targets:
             text += ["", reached.table(), "",
-                     "Time interpolated between runs; [fastest of the full model], < by the coarsest run, - never reached."]
+                     "Times interpolated between runs. [..] fastest for the full model; '<': even the coarsest grid is more "
+                     "accurate; '-': accuracy not reached."]
         text += [remark["text"] for remark in self.remarks.values() if remark is not None]
         text += ["Verdict: " + self.verdict()]
         return "\n".join(text)
@@ -135,17 +136,17 @@ class Report:
         return [*line, "-" if drift is None else f"{drift:.0e}", row["status"]]
 
     def work_precision(self, observable: str | None = None, targets: Sequence[float] | None = None) -> WorkPrecision | None:
-        """Return the time that every series needs for given errors, interpolated in log-log.
+        """Return the run time that every series needs for given errors, interpolated in log-log.
 
         Parameters
         ----------
-        observable : whose L1 error; default: the first one that has an error.
-        targets : errors; default: the powers of ten within those of the runs.
+        observable : observable of the L1 error; default: the first one with an error above round-off.
+        targets : errors; default: the powers of ten within the range of errors of the runs.
 
         Returns
         -------
         WorkPrecision
-            None where no run finished.
+            Times to reach the errors; None if no run finished.
         """
         names = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
         if not names:
@@ -157,12 +158,12 @@ class Report:
         return work_precision(series, chosen, full, targets)
 
     def columns(self) -> list[str]:
-        """Names of the numeric columns, as in report.csv."""
+        """Return the names of the numeric columns of report.csv."""
         flat = [_flat(row) for row in self.rows]
         return list(dict.fromkeys(key for row in flat for key, value in row.items() if isinstance(value, (int, float))))
 
     def figure(self, x: str = "seconds", y: str = "error.h") -> "Figure":
-        """Return a picture of any column over any other, one line per series.
+        """Return a figure of one column over another, one line per series.
 
         Parameters
         ----------
@@ -171,7 +172,7 @@ class Report:
         Raises
         ------
         ValueError
-            For an unknown column, with the list and the nearest match.
+            For an unknown column; the message contains all columns and the nearest match.
         """
         from fvkit.studies.report_pictures import any_columns
 
@@ -180,11 +181,11 @@ class Report:
         return any_columns(self, *names)
 
     def flat_series(self) -> dict[str, list[Row]]:
-        """`series`, the rows with the columns of report.csv."""
+        """Return `series` with rows as in report.csv, {label: rows}."""
         return {label: [_flat(row) for row in rows] for label, rows in self.series().items()}
 
     def verdict(self) -> str:
-        """Return one line: which solver of the full model is fastest at an error that all reach, and where others stop."""
+        """Return the verdict as one line: the fastest solver of the full model at an error that all reach; errors of others."""
         full = {label: [row for row in rows if row["error"]] for label, rows in self.series().items()
                 if rows[0]["model"] == self.full_model}
         full = {label: rows for label, rows in full.items() if rows}
@@ -207,13 +208,13 @@ class Report:
         return "; ".join([text, *above, *reached]) + "."
 
     def plot(self) -> dict[str, "Figure"]:
-        """Return the three pictures, {name: figure}: error against time, error against cells, profiles."""
+        """Return the three figures, {name: figure}: error versus time, error versus cells, profiles."""
         from fvkit.studies.report_pictures import PICTURES
 
         return {name: draw(self) for name, draw in PICTURES.items()}
 
     def save(self, folder: str | Path) -> Path:
-        """Write report.json, report.csv and the pictures into ``folder``, which is made if missing."""
+        """Write report.json, report.csv and the figures to ``folder``, created if missing, and return its path."""
         target = Path(folder)
         target.mkdir(parents=True, exist_ok=True)
         write_whole(target / "report.json", lambda file: file.write(self.to_json().encode()))
@@ -223,11 +224,11 @@ class Report:
         return target
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the table."""
+        """Return the table as HTML for notebooks."""
         return f"<pre>{escape(self.table())}</pre>"
 
     def to_json(self) -> str:
-        """Return the report as JSON text; what is not a number is null."""
+        """Return the report as JSON text; NaN and infinite numbers become null."""
         names = dict.fromkeys(name for row in self.rows for name in row["error"])
         reached = {name: found.as_dict() for name in names if (found := self.work_precision(name)) is not None}
         document = {"scene": self.scene, "reference": self.reference, "machine": self.machine, "versions": self.versions,
@@ -235,7 +236,7 @@ class Report:
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def to_csv(self) -> str:
-        """Return the rows as CSV text, nested values as columns like ``error.h``."""
+        """Return the rows as CSV text, with columns such as ``error.h`` for nested values."""
         flat = [_flat(row) for row in self.rows]
         columns = list(dict.fromkeys(key for row in flat for key in row))
         buffer = io.StringIO()
@@ -246,7 +247,7 @@ class Report:
 
 
 def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:
-    """Return the observed order of each error between two rows of a series, None where there is none to speak of."""
+    """Return the observed order of each error between two rows of a series, {name: order, None if undefined}."""
     if before is None or row["cells"] == before["cells"]:
         return dict.fromkeys(row["error"])
     errors = np.array([[before["error"].get(name, 0.0), error] for name, error in row["error"].items()]).reshape(-1, 2).T

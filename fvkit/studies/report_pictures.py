@@ -1,4 +1,4 @@
-"""The three pictures of a report."""
+"""Figures of a report: error versus time, error versus cells, profiles, and any column over any other."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -12,7 +12,7 @@ from fvkit.studies.tables import ROUNDING
 
 
 class Compared(Protocol):
-    """What the pictures take of a report."""
+    """Protocol of the report that the figures use."""
 
     @property
     def scene(self) -> str: ...
@@ -38,7 +38,7 @@ class Compared(Protocol):
 
 
 def _observables(report: Compared) -> list[str]:
-    """The first two observables whose errors are more than rounding, one panel each; else the first."""
+    """Return the first two observables with errors above round-off, else the first one."""
     largest: dict[str, float] = {}
     for row in report.rows:
         for name, error in row["error"].items():
@@ -47,7 +47,7 @@ def _observables(report: Compared) -> list[str]:
 
 
 def _series(report: Compared, name: str) -> dict[str, list[dict[str, float]]]:
-    """Numbers to draw per series; an asterisk marks models other than the full one."""
+    """Return cells, times and errors per series, {label: rows}; an asterisk marks models other than the full model."""
     result = {}
     for label, rows in report.series().items():
         mark = "" if rows[0]["model"] == report.full_model else "*"
@@ -62,7 +62,7 @@ def _note(report: Compared) -> str:
 
 
 def error_against_time(report: Compared) -> Figure:
-    """Error over wall time, cells written beside the markers."""
+    """Return a figure of the error over wall time, with the number of cells beside the markers."""
     names = _observables(report)
     figure, axes = new_axes(1, max(1, len(names)))
     for ax, name in zip(axes, names, strict=False):
@@ -76,7 +76,7 @@ def error_against_time(report: Compared) -> Figure:
 
 
 def error_against_cells(report: Compared) -> Figure:
-    """Error over the number of cells, with guides of order 1 and 2."""
+    """Return a figure of the error over the number of cells, with reference slopes of order 1, 2 and the nominal orders."""
     names = _observables(report)
     figure, axes = new_axes(1, max(1, len(names)))
     for ax, name in zip(axes, names, strict=False):
@@ -94,7 +94,7 @@ def error_against_cells(report: Compared) -> Figure:
 
 
 def any_columns(report: Compared, x: str, y: str) -> Figure:
-    """Column ``y`` over column ``x``, one line per series; an axis is logarithmic where all its values are positive."""
+    """Return a figure of column ``y`` over column ``x``, one line per series; axes with positive values are logarithmic."""
     figure, axes = new_axes()
     ax, values = axes[0], []
     for k, (label, rows) in enumerate(report.flat_series().items()):
@@ -112,7 +112,7 @@ def any_columns(report: Compared, x: str, y: str) -> Figure:
 
 
 def profiles(report: Compared) -> Figure:
-    """Observables at the end on the finest grids, the reference and the bottom."""
+    """Return a figure of the final observables on the finest grids, with the reference and the bottom."""
     curves = {label: profile for label, profile in report.profiles.items() if label != "reference"}
     names = list(dict.fromkeys(name for profile in report.profiles.values() for name in profile.observables))
     if report.bottom is None:
@@ -148,7 +148,7 @@ def _finish(figure: Figure, axes: list, report: Compared) -> None:
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize="small", frameon=False)
 
 
-#: {file name without ending: function of the report}.
+#: {file name without extension: function of the report}.
 PICTURES: dict[str, Callable[[Compared], Figure]] = {
     "error_time": error_against_time, "error_cells": error_against_cells, "profiles": profiles,
 }

@@ -1,4 +1,4 @@
-"""What a scheme is called in reports."""
+"""Names of schemes in reports."""
 
 from typing import Any
 
@@ -7,15 +7,15 @@ import attrs
 from fvkit.pointwise.part import public_name
 from fvkit.schemes.scheme import Scheme
 
-#: Fields of schemes that have a column of their own.
+#: Fields of schemes with a separate column.
 NAMED = ("riemann", "limiter", "order", "reconstruction", "integrator")
 
 
 def settings(scheme: Scheme) -> dict[str, Any]:
-    """Return the columns of a row that name the scheme.
+    """Return the columns of a report row that identify a scheme, {column: value}.
 
-    ``limiter`` is what limits, of the method of lines the reconstruction; ``integrator`` is None where the scheme makes its
-    step itself. ``options`` names whatever else is not as by default, empty where all is.
+    ``limiter`` is the limiter, or the reconstruction of the method of lines; ``integrator`` is None for a fully discrete
+    scheme. ``options`` lists the other fields that differ from their defaults.
     """
     integrator = scheme.time_integrator
     return {"scheme": public_name(scheme), "riemann": public_name(scheme.riemann), "limiter": public_name(scheme.limiting),
@@ -24,7 +24,7 @@ def settings(scheme: Scheme) -> dict[str, Any]:
 
 
 def describe(scheme: Scheme) -> str:
-    """Return a scheme as a few words: ``method-of-lines roe mp5 dp5``."""
+    """Return the name of a scheme with its parts, such as ``method-of-lines roe mp5 dp5``."""
     found = settings(scheme)
     words = [found["scheme"], found["riemann"], found["limiter"]]
     words += [found["integrator"]] if found["integrator"] else [f"order {found['order']}"]

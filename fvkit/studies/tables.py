@@ -1,4 +1,4 @@
-"""How reports are written: aligned text, and values that JSON knows."""
+"""Text tables and JSON values of reports."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def table(lines: Sequence[Sequence[str]], left: int = 2) -> str:
-    """Return lines of cells as aligned text, a rule below the first; the first ``left`` columns start at their left."""
+    """Return an aligned text table with a rule below the header; the first ``left`` columns are left-aligned."""
     rule = ["-" * max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
     return "\n".join("  ".join(cell.ljust(len(dashes)) if k < left else cell.rjust(len(dashes))
                                for k, (cell, dashes) in enumerate(zip(line, rule, strict=True))).rstrip()
@@ -16,7 +16,7 @@ def table(lines: Sequence[Sequence[str]], left: int = 2) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON knows it; what is not a finite number is null."""
+    """Return a value as JSON data; NaN and infinite numbers become None."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -26,5 +26,5 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-#: Errors below this have no order, and make no curve worth drawing.
+#: Errors below this count as round-off and have no observed order.
 ROUNDING = 1e-13

@@ -1,4 +1,4 @@
-"""Work-precision: the time that each series needs for an error."""
+"""Work-precision: run time that each series of runs needs for a given error."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,9 +13,9 @@ Row = dict[str, Any]
 
 
 def time_to_reach(rows: Sequence[Row], observable: str, error: float) -> float | None:
-    """Return the seconds that a series needs for an error, interpolated in log-log; None where it never gets there.
+    """Return the run time that a series needs for an error, s, interpolated in log-log; None if the error is not reached.
 
-    Where even its coarsest run is better, the seconds of that run.
+    If even the coarsest run is more accurate, the result is the time of that run.
     """
     points = sorted((row["error"][observable], row["seconds"]) for row in rows)
     errors, seconds = np.log([max(p[0], 1e-300) for p in points]), np.log([max(p[1], 1e-300) for p in points])
@@ -26,15 +26,15 @@ def time_to_reach(rows: Sequence[Row], observable: str, error: float) -> float |
 
 @attrs.frozen
 class WorkPrecision:
-    """Time to given errors.
+    """Run times of all series for given errors.
 
     Parameters
     ----------
-    observable : whose L1 error.
-    targets : the errors, falling.
-    seconds : {label of a series: seconds to reach each target, None where it never does}.
-    easy : {label: for each target, whether even the coarsest run is better: less time might do}.
-    fastest : for each target, the label of the fastest series of the full model, None where none gets there.
+    observable : observable of the L1 error.
+    targets : errors, descending.
+    seconds : {label of a series: time to reach each target, s, None if not reached}.
+    easy : {label: for each target, whether even the coarsest run is more accurate, so that the time is an upper bound}.
+    fastest : label of the fastest series of the full model for each target, None if no series reaches the target.
     """
 
     observable: str
@@ -44,7 +44,7 @@ class WorkPrecision:
     fastest: tuple[str | None, ...]
 
     def table(self) -> str:
-        """Return milliseconds as text, one line per series, the fastest of the full model in brackets."""
+        """Return a text table of times in ms, one line per series, the fastest of the full model in brackets."""
         head = [f"ms to L1({self.observable}) =", *(f"{target:.0e}" for target in self.targets)]
         body = [[label, *(self._cell(label, k) for k in range(len(self.targets)))] for label in self.seconds]
         return table([head, *body], left=1)
@@ -60,20 +60,20 @@ class WorkPrecision:
         return self.table()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON knows it."""
+        """Return targets, times and the fastest series as a dictionary for JSON."""
         return {"targets": self.targets, "seconds": self.seconds, "coarsest_is_better": self.easy, "fastest": self.fastest}
 
 
 def work_precision(series: Mapping[str, Sequence[Row]], observable: str, full: Sequence[str],
                    targets: Sequence[float] | None = None) -> WorkPrecision:
-    """Return the time of every series to every target.
+    """Return the run time of every series for every target error.
 
     Parameters
     ----------
     series : {label: rows}.
-    observable : the error that counts.
-    full : labels of the series that compete for the fastest.
-    targets : errors; None for the powers of ten within the errors of the runs.
+    observable : observable of the L1 error.
+    full : labels of the series of the full model, among which the fastest is determined.
+    targets : errors; None for the powers of ten within the range of errors of the runs.
     """
     finished = {label: [row for row in rows if observable in row["error"]] for label, rows in series.items()}
     finished = {label: rows for label, rows in finished.items() if rows}

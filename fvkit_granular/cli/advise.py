@@ -31,7 +31,7 @@ def register(commands: Any) -> None:
                          "fvkit advise dam-break-phi --tol 1e-3 --check")
     parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     parser.add_argument("--tol", type=float, default=1e-3,
-                        help="wanted mean error of the depth over the mean depth (default 1e-3)")
+                        help="tolerance: mean error of the depth over the mean depth (default 1e-3)")
     parser.add_argument("--check", action="store_true",
                         help=f"run the models on {CHECKED} cells and set measured beside predicted errors")
     parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")

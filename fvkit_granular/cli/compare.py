@@ -47,7 +47,7 @@ def register(commands: Any) -> None:
                        help="numbers of cells (default 100 200 400 800)")
     study.add_argument("--repeats", type=int, default=3, help="timed repeats of each run (default 3)")
     study.add_argument("--seconds", type=float, metavar="S",
-                       help="wall time that one run may take: slower ones stop, or are left out (default: no limit)")
+                       help="time limit per run (s); runs expected to exceed it are skipped, others are stopped (default: none)")
     study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
                        help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
     common_options(study, "fvkit-compare-SCENE")

@@ -29,7 +29,7 @@ def register(commands: Any) -> None:
                         help="numbers of cells (default 50 100 200 400)")
     parser.add_argument("--norm", default="l1", help=f"one of {', '.join(NORMS)} (default l1)")
     parser.add_argument("--expect", type=float, metavar="P",
-                        help="smallest order of the last two errors, summed over the components; exit code 1 if it is missed")
+                        help="required order of convergence between the two finest grids; exit code 1 if it is not reached")
     parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
     parser.add_argument("--out", type=Path, help="folder for convergence.json and convergence.png (default: nothing is written)")
 

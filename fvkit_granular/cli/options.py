@@ -36,7 +36,7 @@ def add_scheme_options(parser: argparse.ArgumentParser, several: bool) -> None:
                         help=f"of {LINES}: {said} {', '.join(RECONSTRUCTIONS)} (default mp5)")
     parser.add_argument("--integrator", metavar="T", **many,
                         help=f"of {LINES}: {said} {', '.join(INTEGRATORS)} (default ssprk104)")
-    parser.add_argument("--cfl", type=float, help=f"Courant number aimed at (default 0.9, {LINES}: that of the integrator)")
+    parser.add_argument("--cfl", type=float, help=f"target Courant number (default 0.9, {LINES}: that of the integrator)")
 
 
 def pick(names: Sequence[str], argument: str, known: Mapping[str, type]) -> list[Any]:

@@ -42,7 +42,8 @@ def register(commands: Any) -> None:
     run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
     add_scheme_options(run, several=False)
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
-    run.add_argument("--checkpoint", type=Path, metavar="FILE", help="file (.npz) to continue from, should the run be stopped")
+    run.add_argument("--checkpoint", type=Path, metavar="FILE",
+                     help="write checkpoints to FILE (.npz) so that an interrupted run can be resumed")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
     run.add_argument("--resume", type=Path, metavar="FILE", help="continue the run of a checkpoint, instead of a SCENE")
     run.add_argument("--dt", type=float, metavar="S", help="length of every step, s (default: what the Courant number allows)")
@@ -51,8 +52,10 @@ def register(commands: Any) -> None:
     run.add_argument("--stop-at-rest", type=float, metavar="SPEED",
                      help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
     run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
-                     help=f"more pictures, KIND.png: any of {', '.join(KINDS)}, slip, of the end, and space-time, of the depth")
-    run.add_argument("--animate", metavar="NAME", help="a film of 60 outputs in the folder: NAME.gif, or NAME.mp4 with ffmpeg")
+                     help=f"extra figures KIND.png: at the final time {', '.join(KINDS)}, slip (vs - vf), where margin is the "
+                          "distance to loss of hyperbolicity; space-time: depth over x and t")
+    run.add_argument("--animate", metavar="NAME",
+                     help="write an animation with 60 frames to the output folder: NAME.gif, or NAME.mp4 with ffmpeg")
     common_options(run, "fvkit-run-SCENE")
 
 
@@ -130,8 +133,8 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
           f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
     print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
-          + f"; faces with complex speeds: {stats.nonhyperbolic_faces}"
-          + (f", {stats.nonhyperbolic_films} of them in films below 5 cm, the deepest {stats.deepest_nonhyperbolic:.3g} m"
+          + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
+          + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
              if stats.nonhyperbolic_faces else ""))
     slope = _slope(solution)
     if slope > 0.0:

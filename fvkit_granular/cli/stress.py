@@ -26,7 +26,7 @@ def register(commands: Any) -> None:
                          "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full")
     parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes, or scene files that end in .toml (default: all "
                         "hard scenes)")
-    parser.add_argument("--full", action="store_true", help="every combination (default: every pair of settings)")
+    parser.add_argument("--full", action="store_true", help="run all combinations (default: a pairwise covering of the settings)")
     parser.add_argument("--scenes", nargs="+", metavar="S", help=f"the same, as an option: hard scenes are {', '.join(CASES)}")
     parser.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
     parser.add_argument("--workers", type=int, help="processes (default: one per processor)")

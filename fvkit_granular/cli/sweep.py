@@ -34,7 +34,7 @@ SCHEME = ("method", "riemann", "limiter", "order", "reconstruction", "integrator
 
 def register(commands: Any) -> None:
     """Add the command."""
-    parser = add_command(commands, "sweep", _sweep, "run a scene with many values of its parameters, as a TOML file says",
+    parser = add_command(commands, "sweep", _sweep, "run a parameter sweep described in a TOML file",
                          "fvkit sweep drag.toml --workers 4\n\ndrag.toml:\n" + EXAMPLE)
     parser.add_argument("file", metavar="FILE", type=Path, help="the TOML file")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one per processor); with --dask the "

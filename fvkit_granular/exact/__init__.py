@@ -1,4 +1,4 @@
-"""Reference solutions: what a scheme must converge to, each with its kind and accuracy.
+"""Exact, semi-exact and self-converged reference solutions, each with its kind and accuracy.
 
 ================================ ============================================= ============== =============== =================
 function                         solves                                        kind           origin          accuracy

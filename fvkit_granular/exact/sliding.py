@@ -1,4 +1,4 @@
-"""Solutions with friction: flows that slide down a plane slope, and the block that stops.
+"""Exact solutions with Coulomb friction: flow sliding down a plane slope, and a block that stops.
 
 In a frame that accelerates uniformly the shallow-water equations keep their form. So on a plane slope b_x = -S with Coulomb
 friction, as long as everything moves downhill (v > 0), every solution h(x, t), v(x, t) on a flat bottom gives one that

@@ -1,4 +1,4 @@
-"""States and waves that the exact solutions exchange, the checks on them, and the variable x/t."""
+"""Primitive states and waves of the exact solutions, argument checks, and the similarity variable x/t."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

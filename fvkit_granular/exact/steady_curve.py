@@ -1,4 +1,4 @@
-"""Steady curves: what two masses of given discharges are over a bottom of height b, (3.8), with or without slip.
+"""Steady curves: depths of two masses with given discharges as functions of the bottom height b, (3.8).
 
 With the entries of the quasi-linear matrix (`couplings`) and ms, mf fixed, the momentum equations of a steady flow are
 

@@ -1,1 +1,1 @@
-"""Models of granular flow: two phases, two layers, the reduced model, shallow water."""
+"""Models of shallow granular flow: two-phase, reduced, shallow water, Pitman-Le, two-layer."""

@@ -1,16 +1,16 @@
-"""What a flow is beyond the end of a grid, over a bottom that goes on: a lake at its level, a river at its depth."""
+"""Ghost states beyond the end of a grid over a continued bottom: a lake keeps its level, a river its depth."""
 
 import numpy as np
 
 from fvkit import maximum, minimum, where
 from fvkit_granular.models.wet_dry import TINY, threshold
 
-#: Rivers with a coefficient of friction S/Fr^2 up to this have their depth beyond an end; slower flow over the slope S is a lake.
+#: Largest friction coefficient S/Fr^2 of a river, which keeps its depth beyond an end; slower flow on the slope S is a lake.
 FRICTION = 10.0
 
 
 def mean_speed(model, q):
-    """Return the velocity of all phases together, m/s, 0 where it is dry."""
+    """Return the mass-weighted mean velocity of all phases, m/s, 0 on dry ground."""
     wet = model.depth(q) > threshold(model.dry)
     flow, mass = 0.0, 0.0
     for masses, momentum in model.phases:
@@ -19,21 +19,21 @@ def mean_speed(model, q):
 
 
 def falling_share(model, q, slope):
-    """Return the share of the fall of the bottom by which the surface falls as well, min(1, 10 Fr^2/S): 0 at rest."""
+    """Return the ratio of surface slope to bottom slope beyond an end, min(1, 10 Fr^2/S): 0 at rest, 1 for a river."""
     v = mean_speed(model, q)
     falls = FRICTION * v * v / (model.g * maximum(model.depth(q), threshold(model.dry)))
     return falls / (maximum(falls, np.abs(slope)) + TINY)
 
 
 def deepening(model, q, slope, distance):
-    """Return by how much a flow with state q is deeper ``distance`` m beyond it, over a bottom of this slope, m."""
+    """Return the increase of the depth of a flow with state q over ``distance`` m beyond an end with this bottom slope, m."""
     return (falling_share(model, q, slope) - 1.0) * slope * distance
 
 
 def deepened(h, by, dry):
-    """Return the factors of the mass and of the momentum of a layer that gets deeper, and what is left to others of ``by``, m.
+    """Return the factors of mass and momentum of a layer deepened by ``by`` m, and the remainder of ``by`` for other layers, m.
 
-    Dry ground stays dry. A layer that gets deeper keeps its discharge, one that gets thinner its velocity.
+    Dry ground remains dry. A deeper layer keeps its discharge, a thinner layer its velocity.
     """
     wet = h > threshold(dry)
     factor = where(wet, maximum(h + by, 0.0) / where(wet, h, 1.0), 1.0)

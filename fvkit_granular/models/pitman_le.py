@@ -13,10 +13,10 @@ from fvkit_granular.models.wet_dry import TINY
 
 @attrs.frozen
 class PitmanLe(TwoMasses):
-    """Solid and fluid as in `TwoPhase`, q = (hs, hs vs, hf, hf vf), with the fluid momentum of Pitman and Le.
+    """Pitman-Le model: two phases as in `TwoPhase`, q = (hs, hs vs, hf, hf vf), with the fluid momentum of Pitman and Le.
 
-    Their fluid equation, (h vf)_t + (h vf^2)_x + g/2 (h^2)_x = -g h b_x, times 1 - phi, is that of `TwoPhase` with one term
-    more on its left::
+    Their fluid equation, (h vf)_t + (h vf^2)_x + g/2 (h^2)_x = -g h b_x, times 1 - phi, is that of `TwoPhase` with one
+    additional term on its left::
 
         (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x - (1-phi) vf (hs (vs - vf))_x = -g hf b_x.
 
@@ -30,17 +30,17 @@ class PitmanLe(TwoMasses):
     Notes
     -----
     The path of the jump is the segment in (hs, hf, k, S), k = (1-phi) vf, S = hs (vs - vf): on it the new product is
-    -(kl + kr)/2 dS exactly, and the others are those of `TwoPhase`. It vanishes at rest and where vs = vf, so there both
-    models agree. An absent fluid is taken to move with the solid, S = 0.
+    -(kl + kr)/2 dS exactly, and the other terms are those of `TwoPhase`. The new product vanishes at rest and where vs = vf,
+    where both models agree. An absent fluid has the velocity of the solid, S = 0.
 
-    The term depends on vf itself, not on the slip: the model is not invariant under a change of frame, and keeps the
-    momentum of the mixture only where TwoPhase's equations hold; smooth flows over a flat bottom keep h vf instead. At
-    vs = vf = v its speeds are v -/+ a and v + phi v/2 -/+ sqrt((phi v)^2/4 + a^2 beta^2): the inner pair can meet an outer
-    one, so that real speeds are lost by little slip in fast flows, |phi v| near a (1 - beta^2).
+    The term depends on vf itself, not on the slip. So the model is not Galilean invariant, and it conserves the momentum of
+    the mixture only where the equations of `TwoPhase` hold; smooth flow over a flat bottom conserves h vf instead. At
+    vs = vf = v its speeds are v -/+ a and v + phi v/2 -/+ sqrt((phi v)^2/4 + a^2 beta^2). The inner pair can coincide with an
+    outer speed, so that a small slip makes speeds complex in fast flow, |phi v| near a (1 - beta^2).
 
     Real speeds lie between min(vs, vf - u-) - a and max(vs, vf + u+) + a, u-/+ = phi max(-/+ vf - a, 0): outside, w = l - vf,
     ((l-vs)^2 - css) (w^2 - phi vf w - cff) - csf (cff - (1-phi) vf w) is positive. Where |vf| <= a these are the bounds of
-    `TwoPhase`. There is no Roe decomposition: HLL, Rusanov and Relaxation serve it.
+    `TwoPhase`. There is no Roe decomposition; use HLL, Rusanov or Relaxation.
 
     Source: equation (2.2d) and (3.3) of Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, after Pitman and Le (2005);
     path, matrix, bounds and cross term derived here.
@@ -106,16 +106,16 @@ class PitmanLe(TwoMasses):
         return np.sort_complex(np.linalg.eigvals(np.moveaxis(self.matrix(q), -1, 0))).T.astype(complex)
 
     def margin(self, q: np.ndarray) -> np.ndarray:
-        """Return the square of half the smallest distance of neighbouring speeds over a^2 = g h, (n,).
+        """Return the square of half the smallest difference of neighbouring speeds over a^2 = g h, (n,).
 
-        Negative where a pair is complex.
+        Negative where a pair of speeds is complex.
         """
         hs, _, hf, _ = primitive(q)
         return np.min((np.diff(self.eigenvalues(q), axis=0) ** 2).real, axis=0) / (4.0 * self.g * (hs + hf))
 
 
 def outrun(layers, a):
-    """Return how far waves may outrun vf - a and vf + a, m/s: phi (|vf| - a) against or along a fast flow, else 0."""
+    """Return the excess of wave speeds beyond vf - a and vf + a, m/s: phi (|vf| - a) upstream or downstream of fast flow."""
     hs, _, hf, vf = layers
     share = hs / (hs + hf + TINY)
     return share * maximum(-vf - a, 0.0), share * maximum(vf - a, 0.0)

@@ -1,4 +1,4 @@
-"""`PressureCoupled`: two masses that act on each other by pressure alone, and their Roe linearisation."""
+"""`PressureCoupled`: two masses coupled by pressure alone, with their Roe linearisation."""
 
 from abc import ABC
 
@@ -10,20 +10,20 @@ from fvkit_granular.models.spectrum import quartic_discriminant, shifted_roots
 from fvkit_granular.models.two_masses import TwoMasses, pressure_cross, pressure_rows, primitive
 from fvkit_granular.models.wet_dry import threshold
 
-#: The inner pair counts as distinct above this share of g h; below it travels as one, at its mean speed.
+#: Discriminant of the inner pair over g h above which its two speeds count as distinct; below it both waves have the mean speed.
 DISTINCT = 1e-8
 
-#: Rounding allowance of the discriminant, whose scale is 1, before a face counts as having lost hyperbolicity.
+#: Round-off tolerance of the discriminant (of order 1) below 0, before a face counts as non-hyperbolic.
 ROUNDING = 1e-12
 
 
 @attrs.frozen
 class PressureCoupled(TwoMasses, ABC):
-    """Abstract model whose quasi-linear matrix is that of (3.6) with the entries of ``couplings``. Contract:
+    """Abstract model with the quasi-linear matrix (3.6) and the entries of ``couplings``. Contract:
 
     ``flux``, ``push``, ``couplings`` and ``balanced_difference`` define the model; ``push`` is consistent with A^, the
-    matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Decomposition, cross term and
-    spectrum follow.
+    matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition, cross term and
+    eigenvalues follow from these.
     """
 
     def decompose(self, ql, qr, auxl, auxr, jump):
@@ -65,7 +65,7 @@ class PressureCoupled(TwoMasses, ABC):
         return where(both, found, 1.0)
 
     def eigenvalues(self, q: np.ndarray) -> np.ndarray:
-        """Return the characteristic speeds (4, n), complex, sorted by real part; both masses present."""
+        """Return the characteristic speeds, (4, n), complex, sorted by real part; both masses must be present."""
         hs, vs, hf, vf = primitive(q)
         u1, u4, mu, disc = shifted_roots(self.couplings(hs, hf), vs, vf, self.g * (hs + hf))
         gap = np.sqrt(disc.astype(complex))
@@ -79,9 +79,9 @@ class PressureCoupled(TwoMasses, ABC):
 
 
 def project(weight, u, d, speed, f1, f3, x0, y0, css, cff, csf):
-    """Return the depth components of the wave with shifted speed u: the left eigenvector's share of the jump.
+    """Return the two depth components of the wave with shifted speed u: the projection of the jump by the left eigenvector.
 
-    No division by hs or hf: fine where a phase vanishes.
+    There is no division by hs or hf, so the result is valid where a phase vanishes.
     """
     x, y = speed * f1 + x0, speed * f3 + y0
     up, down = u + d, u - d

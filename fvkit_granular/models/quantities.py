@@ -1,4 +1,4 @@
-"""Units and meanings of what the models of this package call by name, after the CF conventions."""
+"""Quantities of the granular models: units, long names after the CF conventions, and conversion of primitive variables."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -27,7 +27,7 @@ QUANTITIES = {
     "b": ("m", "height of the bottom"),
 }
 
-#: The same where the two masses are layers, the first below.
+#: Quantities of two-layer flow, where the first mass is the lower layer.
 LAYERS = QUANTITIES | {
     "hs": ("m", "depth of the lower layer"),
     "hf": ("m", "depth of the upper layer"),
@@ -49,7 +49,7 @@ QUESTIONS: tuple[Question, ...] = (
 
 
 def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return h, phi, vs, vf as arrays of one shape, velocities of an absent phase set to 0.
+    """Return h, phi, vs, vf as arrays of one shape; velocities of an absent phase are set to 0.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
     Raises
     ------
     ValueError
-        If a depth is negative, phi leaves [0, 1], or a value that counts is not finite.
+        If a depth is negative, phi is outside [0, 1], or a value is not finite (except velocities of an absent phase).
     """
     depth, fraction, solid, fluid = np.broadcast_arrays(
         *(validation.floats(value, name) for name, value in (("h", h), ("phi", phi), ("vs", vs), ("vf", vf))))
@@ -77,7 +77,7 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
 
 
 def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: a flow") -> dict[str, Any]:
-    """Return {h, phi, vs, vf} of what a function of x returned, velocities 0 where missing, or raise naming ``name``."""
+    """Return the primitive variables {h, phi, vs, vf} of a user's mapping, velocities 0 if missing; ``name`` is for errors."""
     flow = dict(validation.mapping(given, name, "{'h': 1.0, 'phi': 0.5}"))
     unknown = [key for key in flow if key not in ("h", "phi", "vs", "vf")]
     if unknown or not {"h", "phi"} <= flow.keys():
@@ -89,19 +89,19 @@ def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: 
 
 def over_ground(given: Any, x: np.ndarray, ground: Callable[[np.ndarray], Any] | None,
                 depth: Callable[[np.ndarray], np.ndarray]) -> Any:
-    """Return a flow with h for its ``surface``, depth(surface - bottom); as it is without a surface.
+    """Return primitive variables with ``surface`` replaced by the depth h = depth(surface - bottom); unchanged without it.
 
     Parameters
     ----------
-    given : {surface, phi, vs, vf}; h beside ``surface`` must be the depth below it.
+    given : {surface, phi, vs, vf}; an h given beside ``surface`` must agree with it.
     x : points, m, (m,).
-    ground : x -> bottom, m; None where nothing but h counts.
+    ground : x -> bottom, m; None if the bottom is unknown.
     depth : level minus bottom (m,) -> h.
 
     Raises
     ------
     ValueError
-        If h and ``surface`` contradict each other, or the level lies over no bottom.
+        If h and ``surface`` contradict each other, or the bottom is unknown and h is missing.
     """
     if not isinstance(given, Mapping) or "surface" not in given:
         return given
@@ -121,7 +121,7 @@ def over_ground(given: Any, x: np.ndarray, ground: Callable[[np.ndarray], Any] |
 
 
 def over(x: np.ndarray, value: Any, name: str) -> np.ndarray:
-    """Return a value, or one for each of the points ``x`` (m,), as an array (m,), or raise naming ``name``."""
+    """Return a number, or values at the points ``x`` (m,), as an array (m,); ``name`` is for errors."""
     values = validation.floats(value, name)
     if values.shape not in ((), x.shape):
         raise ValueError(f"`{name}` must have shape {x.shape} for x of that shape, or be a number, got shape {values.shape}")
@@ -129,23 +129,23 @@ def over(x: np.ndarray, value: Any, name: str) -> np.ndarray:
 
 
 def ratio(numerator: np.ndarray, denominator: np.ndarray) -> np.ndarray:
-    """Return numerator/denominator for reading, 0 where the denominator is not positive."""
+    """Return numerator/denominator of the same shape, 0 where the denominator is not positive."""
     present = denominator > 0.0
     return np.where(present, numerator / np.where(present, denominator, 1.0), 0.0)
 
 
 def solid_and_fluid(seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the thicknesses of the phases, drawn apart, as if the grains had settled."""
+    """Return the depths of the phases for profile plots, {name: (n,)}, the solid below the fluid."""
     return {"solid": seen["phi"] * seen["h"], "fluid": (1.0 - seen["phi"]) * seen["h"]}
 
 
 def bottom(aux: Any, like: np.ndarray) -> np.ndarray:
-    """Return the bottom among aux values, 0 where there is none."""
+    """Return the bottom b of the aux values, 0 of the shape of ``like`` without aux values."""
     return np.zeros_like(like) if aux is None else np.asarray(aux["b"], dtype=float)
 
 
 def critical_depth(q: float, g: float = 9.81) -> float:
-    """Return the depth (q^2/g)^(1/3), m, at which a discharge moves with its own wave speed.
+    """Return the critical depth (q^2/g)^(1/3), m, at which the velocity equals the wave speed.
 
     Parameters
     ----------
@@ -158,10 +158,10 @@ Flow = Callable[[np.ndarray], Mapping[str, Any]]
 
 
 def conserved(model: Any, flow: Flow, ground: Callable[[np.ndarray], Any] | None = None) -> Callable[[np.ndarray], np.ndarray]:
-    """Return x -> conserved values of ``model`` for a function x -> {h, phi, vs, vf}.
+    """Return the function x (m,) -> conserved values (num_eqn, m) of ``model`` for a function x -> {h, phi, vs, vf}.
 
-    Over ``ground``, x -> b, the flow may give ``surface``, its level, for h: cells that are dry in part then get the depth of the
-    level over their mean bottom, and x must be the nodes of whole cells, see `fvkit.problem.cell_averages.levelled`.
+    With a bottom ``ground``, x -> b, the flow may contain ``surface``, its level, instead of h. Partly dry cells then get the
+    depth of the level over their mean bottom, and x must be all nodes of cells, see `fvkit.problem.cell_averages.levelled`.
     """
     def values(x: np.ndarray) -> np.ndarray:
         state = whole_flow(over_ground(flow(x), x, ground, levelled))

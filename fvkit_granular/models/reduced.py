@@ -1,4 +1,4 @@
-"""The reduced equilibrium model: one velocity, a density that travels with it."""
+"""The reduced equilibrium model: one velocity and an advected mixture density."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -35,7 +35,7 @@ from fvkit_granular.models.wet_dry import (
 
 @attrs.frozen
 class Reduced(ShallowFlow):
-    """The limit of strong drag, vs = vf = v, q = (h, rho h, rho h v) with rho = phi + gamma (1 - phi), (5.1).
+    """Reduced equilibrium model, the limit of strong drag: vs = vf = v, q = (h, rho h, rho h v), rho = phi + gamma (1 - phi).
 
     ::
 
@@ -50,9 +50,9 @@ class Reduced(ShallowFlow):
 
     Notes
     -----
-    From a two-phase state it takes v = (phi vs + gamma (1 - phi) vf)/rho, which keeps the momentum. The Roe matrix
-    has speeds v and v -/+ c with c^2 = g (h^ + kappa M^)/2, M = rho h, kappa the sqrt(M)-weighted mean of 1/rho and v
-    likewise; h^, M^ arithmetic means. It satisfies A^ dq = df exactly (derived here).
+    A two-phase state is converted with v = (phi vs + gamma (1 - phi) vf)/rho, which conserves the momentum. The Roe matrix
+    has speeds v and v -/+ c with c^2 = g (h^ + kappa M^)/2 and M = rho h; kappa and v are sqrt(M)-weighted means of 1/rho and
+    of the velocity, h^ and M^ arithmetic means. The Roe matrix satisfies A^ dq = df exactly (derived here).
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (5.1).
     """
@@ -67,7 +67,7 @@ class Reduced(ShallowFlow):
     dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
 
     def layer(self, q):
-        """Return h, M = rho h, v as a face sees them: too thin a film is absent."""
+        """Return h, M = rho h, v for fluxes at faces: 0 depth for immobile films, damped velocity below ``dry``."""
         h, mass, m = q
         return where(mass > IMMOBILE * threshold(self.dry), h, 0.0), present(mass, self.dry), velocity(mass, m, self.dry)
 
@@ -127,16 +127,16 @@ class Reduced(ShallowFlow):
         return q[0]
 
     def basal_load(self, q):
-        """Return what presses on the bed, per mass, of each phase, m/s^2: the grains less their buoyancy, g (1 - gamma/rho)."""
+        """Return the basal load per mass of each phase, m/s^2: the buoyant weight of the grains, g (1 - gamma/rho)."""
         h, mass, _ = q
         return (self.g * share(maximum(mass - self.gamma * h, 0.0), mass),)
 
     def poured(self, q, solid, fluid):
-        """Return h, rho h after depths of solid >= 0 and fluid, m, have come in, of a negative one at most what is there."""
+        """Return h, rho h after adding depths of solid >= 0 and fluid, m; a negative depth removes at most the existing fluid."""
         h, mass, _ = q
         fluid = maximum(fluid, -maximum(h - mass, 0.0) / (1.0 - self.gamma))
         volume, heavy = maximum(h + (solid + fluid), 0.0), mass + (solid + self.gamma * fluid)
-        # What is left lies between fluid and solid, which rounding forgets where all fluid goes.
+        # Round-off may leave the density outside the range between fluid and solid when all fluid is removed.
         return volume, where(fluid < 0.0, maximum(self.gamma * volume, minimum(heavy, volume)), heavy)
 
     def relaxation(self, ql, qr, auxl, auxr, jump):

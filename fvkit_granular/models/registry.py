@@ -1,4 +1,4 @@
-"""Models and Riemann solvers by their public names."""
+"""Registry of models and Riemann solvers by name."""
 
 from fvkit import HLL, Model, RiemannSolver, Roe, Rusanov
 from fvkit.pointwise.part import by_name
@@ -11,7 +11,7 @@ from fvkit_granular.models.two_phase import TwoPhase
 
 MODELS: dict[str, type[Model]] = by_name((TwoPhase, Reduced, ShallowWater, PitmanLe, TwoLayer))
 
-#: What a comparison takes where no model is named: the full model and its limits.
+#: Default models of a comparison: the full model, its strong-drag limit, and shallow water.
 COMPARED: dict[str, type[Model]] = by_name((TwoPhase, Reduced, ShallowWater))
 
 RIEMANN: dict[str, type[RiemannSolver]] = by_name((Relaxation, Roe, HLL, Rusanov))

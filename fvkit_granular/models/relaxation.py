@@ -1,4 +1,4 @@
-"""`Relaxation`: the Riemann solver for vacuum, dry beds and absent phases, and the waves of one phase."""
+"""`Relaxation`: Riemann solver for vacuum, dry beds and absent phases, with the waves of one phase."""
 
 from typing import ClassVar
 
@@ -8,17 +8,18 @@ import numpy as np
 from fvkit import RiemannSolver, maximum, minimum, where
 from fvkit_granular.models.wet_dry import TINY, carried_over, wall_share
 
-#: A change of velocity stands at a step where both states beside the contact keep this share of the way to the outer waves.
+#: The stationary velocity jump at a bottom step is kept if both states beside the contact keep this distance to the outer waves,
+#: relative to the relaxation speeds.
 CLOSE = 0.2
 
 
 @attrs.frozen
 class Relaxation(RiemannSolver):
-    """A relaxation solver per phase, driven by the total path-conservative jump: three waves for each phase.
+    """Relaxation solver for each phase, driven by the total path-conservative jump: three waves per phase.
 
-    Each phase keeps a non-negative mass for any data, at any slip, and rest is kept with islands; neither eigenvectors
-    nor an entropy fix is needed, and complex speeds do not matter. A little more diffusive on inner waves than Roe. Its
-    formulas are in `phase_waves`.
+    Masses of each phase stay non-negative for any data and any slip, and a lake at rest with islands is preserved. Neither
+    eigenvectors nor an entropy fix is needed, so complex speeds cause no problem. Slightly more diffusive on inner waves than
+    Roe. `phase_waves` has the formulas.
 
     Source: derived here, for fluctuations of a nonconservative system; relaxation speeds in the spirit of
     F. Bouchut, Nonlinear Stability of Finite Volume Methods, 2004 (remembered).
@@ -32,7 +33,7 @@ class Relaxation(RiemannSolver):
 
 
 def sound_speeds(hl, hr, step, g):
-    """Return sqrt(g (h + u)) of both sides, u = |e| h_up/(hl + hr): the depth that pushes through an emerged step.
+    """Return the relaxation sound speeds sqrt(g (h + u)) of both sides, u = |e| h_up/(hl + hr) the load of an emerged step.
 
     Parameters
     ----------
@@ -45,19 +46,19 @@ def sound_speeds(hl, hr, step, g):
 
 
 def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
-    """Return the speeds of a phase, s1, v*, s3, its states beside the contact, (h*, v*) of both sides, and cl, cr.
+    """Return the wave speeds of a phase, s1, v*, s3, its states beside the contact, (h*, v*) of both sides, and cl, cr.
 
-    With push P, the part of the momentum jump that is not d(h v^2), the change d of velocity that stands at a step of the bottom
-    (`fvkit_granular.models.wet_dry.carried_over`, which asks what sources have ``taken`` of P; F its mean discharge), and
-    x = max(vl - vr + max(d, 0), 0),
+    P is the push, the part of the momentum jump that is not d(h v^2); d the stationary velocity jump at a bottom step
+    (`fvkit_granular.models.wet_dry.carried_over`, which depends on the part of P ``taken`` by sources), F the mean discharge,
+    and x = max(vl - vr + max(d, 0), 0)::
 
         Al = al + 1.5 x + min(sqrt(P+/hl), P+/(hr ar)),   Ar = ar + 1.5 x + min(sqrt(P-/hr), P-/(hl al)),
         cl = hl Al,  cr = hr Ar,  vl* = (cl vl + cr (vr - d) - P - F d)/(cl + cr),  vr* = vl* + d,
         s1 = vl - Al,  s3 = vr + Ar,  hl* = cl/(vl* - s1),  hr* = cr/(s3 - vr*).
 
-    The extra terms keep v* between s1 and s3 for any data, so both depths stay positive. Towards a wall v* is reduced by its
-    share, and what is left of the jump belongs to the lower side; d is 0 where it would bring v* near s1 or s3. All denominators
-    are kept from 0; a phase that is absent on both sides has no waves and no speeds.
+    The extra terms keep v* between s1 and s3 for any data, so both depths are positive. Towards a wall v* is reduced by the
+    wall fraction, and the rest of the jump is assigned to the lower side; d is 0 where v* would be near s1 or s3. Denominators
+    are bounded away from 0; a phase absent on both sides has zero waves and speeds.
     """
     stands = carried_over(step, hl, vl, hr, vr, taken, al, ar, g)
     wall, towards = wall_share(step, vl, vr, g)
@@ -85,8 +86,8 @@ def mass_and_momentum(hl, vl, hr, vr, al, ar, step, g, whole, jump):
     """Return the three waves of a phase, (mass, momentum) each, their speeds and the velocities beside the contact.
 
     Z1 = (hl* vl* - hl vl, hl* vl*^2 - hl vl^2 + cl (vl - vl*)),  Z3 = (hr vr - hr* vr*, hr vr^2 - hr* vr*^2 + cr (vr - vr*)),
-    and Z2 is the rest, so that they add up to the jump, with speeds s1, s3 and v* of `phase_waves`. ``whole`` is the jump of the
-    momentum before sources took their part.
+    and Z2 = jump - Z1 - Z3, with speeds s1, v*, s3 of `phase_waves`. ``whole`` is the momentum jump before the part balanced by
+    sources was subtracted.
     """
     push = jump[1] - (hr * vr * vr - hl * vl * vl)
     speeds, ((depthl, starl), (depthr, starr)), (cl, cr) = phase_waves(hl, vl, hr, vr, push, whole - jump[1], al, ar, step, g)

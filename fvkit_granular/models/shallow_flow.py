@@ -1,4 +1,4 @@
-"""`ShallowFlow`: what all models of shallow flow over a bottom have in common."""
+"""`ShallowFlow`: base class of all models of shallow flow over a bottom."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ class ShallowFlow(Model, ABC):
     """Abstract model of a shallow flow over a bottom b. Contract:
 
     1. The fields ``g``, gravity, m/s^2, and ``dry``, a depth, m, or None, are parameters of the model.
-    2. ``conserved_from(h, phi, vs, vf)`` says what a flow is to the model; ``depth(q)`` gives it back.
-    3. ``basal_load(q)`` and ``poured(q, solid, fluid)`` serve friction and rain.
+    2. ``conserved_from(h, phi, vs, vf)`` converts primitive to conserved variables; ``depth(q)`` returns the depth.
+    3. ``basal_load(q)`` is used by friction, ``poured(q, solid, fluid)`` by rain.
     """
 
     questions = QUESTIONS
@@ -36,11 +36,11 @@ class ShallowFlow(Model, ABC):
 
     @abstractmethod
     def basal_load(self, q):
-        """Return what presses on the bed, per mass, of each phase, m/s^2."""
+        """Return the basal load per mass, m/s^2, one value per phase."""
 
     @abstractmethod
     def poured(self, q, solid, fluid):
-        """Return the masses after depths of solid and fluid, m, have come in, of a negative one at most what is there."""
+        """Return the masses after adding depths of solid and fluid, m; a negative depth removes at most the existing mass."""
 
     def resolved(self, q0: np.ndarray) -> Self:
         return resolved(self, q0)

@@ -1,4 +1,4 @@
-"""The shallow-water baseline."""
+"""Shallow water equations, the baseline model."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -31,7 +31,7 @@ from fvkit_granular.models.wet_dry import (
 
 @attrs.frozen
 class ShallowWater(ShallowFlow):
-    """Single-phase shallow water, q = (h, h v).
+    """Shallow water equations, q = (h, h v).
 
     ::
 
@@ -44,8 +44,8 @@ class ShallowWater(ShallowFlow):
 
     Notes
     -----
-    As a model of a two-phase flow it takes v = phi vs + (1 - phi) vf, which keeps the volume flux, and forgets phi.
-    On {phi constant, vs = vf} it is exact.
+    A two-phase state is converted with v = phi vs + (1 - phi) vf, which conserves the volume flux; phi is dropped. For
+    constant phi and vs = vf the solution is that of the two-phase model.
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("h", "h v")
@@ -55,7 +55,7 @@ class ShallowWater(ShallowFlow):
     dry: float | None = optional_number(at_least=LEAST_DRY, hint=DRY_HINT)
 
     def layer(self, q):
-        """Return h, v as a face sees them: too thin a film is absent."""
+        """Return h, v for fluxes at faces: 0 depth for immobile films, damped velocity below ``dry``."""
         h, m = q
         return present(h, self.dry), velocity(h, m, self.dry)
 
@@ -97,11 +97,11 @@ class ShallowWater(ShallowFlow):
         return q[0]
 
     def basal_load(self, q):
-        """Return what presses on the bed, per mass, of each phase, m/s^2: g."""
+        """Return the basal load per mass of the one phase, m/s^2: g."""
         return (self.g,)
 
     def poured(self, q, solid, fluid):
-        """Return h after depths of solid and fluid, m, have come in, of a negative one at most what is there."""
+        """Return h after adding depths of solid and fluid, m; a negative depth removes at most the existing water."""
         return (maximum(q[0] + (solid + fluid), 0.0),)
 
     def relaxation(self, ql, qr, auxl, auxr, jump):

@@ -1,7 +1,7 @@
-"""Characteristic speeds of two masses coupled by their pressures: the quartic, its roots, and what they mean.
+"""Characteristic speeds of two masses coupled by pressure: characteristic quartic, its roots and discriminant.
 
-Everything here is pointwise (scalars or arrays, branch-free) and shared by the Roe solver, the
-public eigenvalues, the hyperbolicity margin and the exact solutions, so the quartic stands once.
+All functions are pointwise (scalars or arrays, branch-free) and shared by the Roe solver, the
+public eigenvalues, the hyperbolicity margin and the exact solutions.
 
 With u = lambda - (vs + vf)/2 and d = (vs - vf)/2 the characteristic polynomial (4.1) is
 
@@ -14,13 +14,13 @@ import numpy as np
 
 from fvkit.pointwise import maximum
 
-#: Added under square roots and to products of wave speeds, so that a phase that is absent gives
-#: zero speed and not 0/0: far below the square of any speed that a scene can hold.
+#: Added under square roots and to products of wave speeds, so that an absent phase gives
+#: zero speed instead of 0/0: far below the square of any physical speed.
 FLOOR = 1e-150
 
 
 def couplings(hs, hf, g, gamma):
-    """Return css, cff, csf of the two-phase matrix (3.6), and css cff - csf cff in the form that does not cancel.
+    """Return css, cff, csf of the two-phase matrix (3.6), and css cff - csf cff computed without cancellation.
 
     css = g (hs + (1-gamma)/2 hf),  cff = g hf,  csf = g (1+gamma)/2 hs;  the last is g h g (1-gamma)/2 hf.
     """
@@ -36,7 +36,7 @@ def layer_couplings(hs, hf, g, gamma):
 
 
 def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
-    """One Newton step for both outer roots (v1 = -u1) in the surrogate form, two divisions in all."""
+    """Return both outer roots (v1 = -u1) after one Newton step in the surrogate form, with two divisions in total."""
     e4, f4, e1, f1 = u4 - d + sc, u4 + d + sf, v1 + d + sc, v1 - d + sf
     p4, p1 = e4 * f4, e1 * f1
     both = 1.0 / (p4 * p1)
@@ -49,7 +49,7 @@ def _newton_pair(u4, v1, d, sc, sf, middle, dp, dm, product):
 
 
 def _depressed(css, cff, remainder, d):
-    """Coefficients of P(u) = u^4 + p2 u^2 + q1 u + r, with ``remainder`` = css cff - csf cfs."""
+    """Return the coefficients p2, q1, r of P(u) = u^4 + p2 u^2 + q1 u + r, with ``remainder`` = css cff - csf cfs."""
     trace, dd = css + cff, d * d
     return -2.0 * dd - trace, 2.0 * d * (cff - css), dd * dd - dd * trace + remainder
 
@@ -57,7 +57,7 @@ def _depressed(css, cff, remainder, d):
 def discriminant(p2, q1, r, a2):
     """Return the discriminant of u^4 + p2 u^2 + q1 u + r over a2^6: the product of all squared differences of roots.
 
-    Negative exactly where one pair of roots is complex.
+    Negative if and only if one pair of roots is complex.
     """
     share = 1.0 / a2
     p, q2, r = p2 * share, q1 * q1 * share * share * share, r * share * share
@@ -66,9 +66,9 @@ def discriminant(p2, q1, r, a2):
 
 
 def quartic_discriminant(coupled, vs, vf, a2):
-    """Return the discriminant of (4.1) over (g h)^6: negative exactly where the inner pair is complex.
+    """Return the discriminant of (4.1) over (g h)^6: negative if and only if the inner pair is complex.
 
-    The outer roots are real and distinct always.
+    The outer roots are always real and distinct.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Two-layer shallow water, the classical relative of the two-phase model."""
+"""Two-layer shallow water model."""
 
 from collections.abc import Mapping
 from typing import ClassVar
@@ -17,7 +17,7 @@ from fvkit_granular.models.wet_dry import bed_step, upper
 
 @attrs.frozen
 class TwoLayer(PressureCoupled):
-    """A light layer (hf, vf) on a dense one (hs, vs), q = (hs, hs vs, hf, hf vf).
+    """Two-layer shallow water: a light layer (hf, vf) above a dense one (hs, vs), q = (hs, hs vs, hf, hf vf).
 
     ::
 
@@ -25,8 +25,8 @@ class TwoLayer(PressureCoupled):
         (hs vs)_t + (hs vs^2 + g/2 hs^2)_x + gamma g hs hf_x = -g hs b_x,
         (hf vf)_t + (hf vf^2 + g/2 hf^2)_x + g hf hs_x = -g hf b_x.
 
-    The state is named as in `TwoPhase`, to whose equations these are equal but for the term g (1-gamma)/2 hs hf: hs is the
-    lower layer, hf the upper one, phi = hs/h the share of the lower. Layers do not mix: drag acts at their interface.
+    Variables are named as in `TwoPhase`, whose equations have the additional term g (1-gamma)/2 hs hf. hs is the depth of the
+    lower layer, hf that of the upper one, phi = hs/h. Layers do not mix; drag acts at their interface.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class TwoLayer(PressureCoupled):
 
     Notes
     -----
-    At rest surface and interface are level, h + b and hs + b, or hf, constant (not phi). Real speeds while::
+    At rest surface h + b and interface hs + b are level, and hf (not phi) is constant. Speeds are real while::
 
         |vs - vf| <= s sqrt(1 - sqrt(gamma))  or  >= s sqrt(1 + sqrt(gamma)),   s = sqrt(g hs) + sqrt(g hf)
 

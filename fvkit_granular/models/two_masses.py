@@ -1,4 +1,4 @@
-"""`TwoMasses`: what the models with two masses, each with its own velocity, have in common."""
+"""`TwoMasses`: base class of models with two masses, each with its own velocity."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ from fvkit_granular.models.wet_dry import (
     wall_push,
 )
 
-#: Share of the whole below which a mass is all but absent.
+#: Volume fraction below which a mass counts as absent in the Roe linearisation.
 RARE = 1e-4
 
 
@@ -38,9 +38,9 @@ class TwoMasses(ShallowFlow, ABC):
     1. hs_t + (hs vs)_x = 0, hf_t + (hf vf)_x = 0, (hs vs)_t + (hs vs^2)_x + Ps = 0, (hf vf)_t + (hf vf^2)_x + Pf = 0.
     2. ``push(left, right, bl, br)`` returns Ps and Pf integrated over a face, bottom included: zero at rest.
     3. ``couplings(hs, hf)`` returns css, cff, csf and css cff - csf cff: the solid row of the quasi-linear matrix is
-       (css - vs^2, 2 vs, csf, 0), which gives the eigenvectors.
+       (css - vs^2, 2 vs, csf, 0), which determines the eigenvectors.
     4. ``at_state(state, v)`` returns the quasi-linear matrix at (hs, vs, hf, vf) times v.
-    5. ``flux``, ``balanced_difference``, ``cross`` and ``eigenvalues`` are the model's own.
+    5. ``flux``, ``balanced_difference``, ``cross`` and ``eigenvalues`` are defined by the subclass.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class TwoMasses(ShallowFlow, ABC):
 
     @abstractmethod
     def push(self, left, right, bl, br):
-        """Return what pressures, products and bottom add to the momenta over a face, between (hs, vs, hf, vf) of its sides."""
+        """Return the pressure, nonconservative and bottom terms of both momenta over a face with sides (hs, vs, hf, vf)."""
 
     @abstractmethod
     def couplings(self, hs, hf):
@@ -72,11 +72,11 @@ class TwoMasses(ShallowFlow, ABC):
         """Return A(hs, vs, hf, vf) v."""
 
     def sound(self, left, right, bl, br):
-        """Return how fast the relaxation waves leave both sides of a face, relative to the masses, m/s."""
+        """Return the relaxation sound speeds of both sides of a face, relative to the velocities, m/s."""
         return layer_sound(left, right, bl, br, self.g)
 
     def layers(self, q):
-        """Return hs, vs, hf, vf as a face sees them: too thin a phase is absent, and 0 is the velocity of an absent one."""
+        """Return hs, vs, hf, vf for fluxes at faces: 0 depth for immobile films, 0 velocity for an absent phase."""
         hs, ms, hf, mf = q
         return present(hs, self.dry), velocity(hs, ms, self.dry), present(hf, self.dry), velocity(hf, mf, self.dry)
 
@@ -122,7 +122,7 @@ class TwoMasses(ShallowFlow, ABC):
         return (0.5 * (hsl + hsr), mean_velocity(hsl, vsl, hsr, vsr), 0.5 * (hfl + hfr), mean_velocity(hfl, vfl, hfr, vfr))
 
     def linearised(self, ql, qr):
-        """Return the Roe mean; a mass that is all but absent moves with the other, whose waves it would only mix up."""
+        """Return the Roe mean hs, vs, hf, vf; an almost absent mass gets the velocity of the other mass."""
         hs, vs, hf, vf = self.roe_mean(ql, qr)
         return hs, where(hs > RARE * (hs + hf), vs, vf), hf, where(hf > RARE * (hs + hf), vf, vs)
 
@@ -150,10 +150,10 @@ class TwoMasses(ShallowFlow, ABC):
                 hf, across * moving_outer + xi * moving_inner + vf * hf)
 
     def pairs(self, here):
-        """Return the equal-velocity modes: (e1, e2) of the outer pair, and e2/e1 of the inner one with both speeds.
+        """Return the equal-velocity modes: eigenvector (e1, e2) of the outer pair; e2/e1 of the inner pair and both speeds.
 
-        With C = ((css, csf), (cff, cff)) the speeds u are roots of its eigenvalues, the larger one u1: its eigenvector is
-        (csf, u1^2 - css)/s, that of the other (1, -u1^2/s), s = csf + u1^2 - css > 0. Always real. Derived here.
+        The speeds u are square roots of the eigenvalues of C = ((css, csf), (cff, cff)). With the larger one, u1, the
+        eigenvectors are (csf, u1^2 - css)/s and (1, -u1^2/s), s = csf + u1^2 - css > 0. Always real. Derived here.
         """
         hs, _, hf, _ = self.layers(here)
         css, cff, csf, det = self.couplings(hs, hf)
@@ -163,19 +163,19 @@ class TwoMasses(ShallowFlow, ABC):
         return (csf * share, (outer - css) * share), (-outer * share, np.sqrt(outer), np.sqrt(det / (outer + TINY)))
 
     def depth(self, q):
-        """Return the depth h of both together, m."""
+        """Return the total depth h = hs + hf, m."""
         return q[0] + q[2]
 
     def basal_load(self, q):
-        """Return what presses on the bed, per mass, of each, m/s^2: g (1 - gamma), its buoyancy off, and 0 of the second."""
+        """Return the basal load per mass of each phase, m/s^2: g (1 - gamma), the buoyant weight, and 0 for the second."""
         return self.g * (1.0 - self.gamma), 0.0
 
     def poured(self, q, solid, fluid):
-        """Return hs, hf after depths of the first and second mass, m, have come in, of a negative one at most what is there."""
+        """Return hs, hf after adding depths of the two masses, m; a negative depth removes at most the existing mass."""
         return maximum(q[0] + solid, 0.0), maximum(q[2] + fluid, 0.0)
 
     def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:
-        """Return `margin`, and inf where a mass is absent: one alone never loses hyperbolicity, (n,)."""
+        """Return `margin`, (n,), inf where a mass is absent, since a single mass is always hyperbolic."""
         both = (q[0] > 0.0) & (q[2] > 0.0)
         result = np.full(q.shape[1], np.inf)
         result[both] = self.margin(q[:, both])
@@ -183,7 +183,7 @@ class TwoMasses(ShallowFlow, ABC):
 
     @abstractmethod
     def margin(self, q: np.ndarray) -> np.ndarray:
-        """Return a number per cell, (n,), both masses present: negative where characteristic speeds are complex."""
+        """Return the hyperbolicity margin, (n,), of states with both masses present: negative where speeds are complex."""
 
     def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
         """Return q (4, ...) from depth h, m, share phi of the first mass in [0, 1] and velocities vs, vf, m/s."""
@@ -202,20 +202,20 @@ class TwoMasses(ShallowFlow, ABC):
                 "v": ratio(ms + self.gamma * mf, hs + self.gamma * hf), "surface": h + bottom(aux, h)}
 
     def matrix(self, q: np.ndarray) -> np.ndarray:
-        """Return the quasi-linear matrix A(q) (4, 4, n) of q (4, n); both masses present."""
+        """Return the quasi-linear matrix A(q), (4, 4, n), of q (4, n); both masses must be present."""
         state = primitive(q)
         units = np.eye(4)[:, :, None] + np.zeros_like(state[0])
         return np.array([self.at_state(state, tuple(unit)) for unit in units]).swapaxes(0, 1)
 
     @abstractmethod
     def eigenvalues(self, q: np.ndarray) -> np.ndarray:
-        """Return the characteristic speeds (4, n), complex, sorted by real part; both masses present."""
+        """Return the characteristic speeds, (4, n), complex, sorted by real part; both masses must be present."""
 
 
     def eigenvectors(self, q: np.ndarray) -> np.ndarray:
-        """Return right eigenvectors (4, 4, n), complex, in columns: (1, l, xi, xi l) with xi csf = (l-vs)^2 - css, (4.17).
+        """Return right eigenvectors, (4, 4, n), complex, in columns: (1, l, xi, xi l) with xi csf = (l-vs)^2 - css, (4.17).
 
-        Both masses present.
+        Both masses must be present.
         """
         hs, vs, hf, _ = primitive(q)
         css, _, csf, _ = self.couplings(hs, hf)
@@ -225,13 +225,13 @@ class TwoMasses(ShallowFlow, ABC):
 
 
 def layer_sound(left, right, bl, br, g):
-    """Return sqrt(g h) of both sides, (hs, vs, hf, vf) each, raised at emerged steps of the bottom: see `sound_speeds`."""
+    """Return the `sound_speeds` of two sides (hs, vs, hf, vf): sqrt(g h), larger at emerged steps of the bottom, m/s."""
     hl, hr = left[0] + left[2], right[0] + right[2]
     return sound_speeds(hl, hr, face_step(hl, hr, bl, br), g)
 
 
 def pressure_rows(state, v, coupled):
-    """Return the matrix of two masses that pressures alone couple, (3.6), at (hs, vs, hf, vf), times v."""
+    """Return the product of v and the matrix (3.6) of two masses coupled by pressure, at (hs, vs, hf, vf)."""
     _, vs, _, vf = state
     css, cff, csf, _ = coupled
     return (v[1], (css - vs * vs) * v[0] + 2.0 * vs * v[1] + csf * v[2],
@@ -251,23 +251,23 @@ def pressure_cross(ql, qr, auxl, auxr, g, gamma):
 
 
 def moving(hs, vs, hf, vf):
-    """Return vs, vf with the velocity of the other in place of an absent one, and 0 where both are absent."""
+    """Return vs, vf; an absent phase gets the velocity of the other phase, 0 where both are absent."""
     return where(hs > 0.0, vs, where(hf > 0.0, vf, 0.0)), where(hf > 0.0, vf, where(hs > 0.0, vs, 0.0))
 
 
 def advected(ql, qr):
-    """Return the differences over a cell of m v of both masses, between (hs, vs, hf, vf) of its faces."""
+    """Return the differences of the momentum fluxes h v^2 of both masses over a cell with face states (hs, vs, hf, vf)."""
     (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = ql, qr
     return hsr * vsr * vsr - hsl * vsl * vsl, hfr * vfr * vfr - hfl * vfl * vfl
 
 
 def primitive(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return hs, vs, hf, vf.
+    """Return the primitive variables hs, vs, hf, vf of q (4, n), each (n,).
 
     Raises
     ------
     ValueError
-        Where one of the two is absent: eigenvectors do not exist there.
+        If a mass is absent anywhere, since eigenvectors do not exist there.
     """
     hs, ms, hf, mf = np.asarray(q, dtype=float)
     if not ((hs > 0.0).all() and (hf > 0.0).all()):

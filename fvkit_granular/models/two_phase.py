@@ -15,7 +15,7 @@ from fvkit_granular.models.wet_dry import TINY, bed_step, threshold, upper
 
 @attrs.frozen
 class TwoPhase(PressureCoupled):
-    """Solid and fluid in one shallow layer, q = (hs, hs vs, hf, hf vf), (3.5).
+    """Two-phase model: solid and fluid in one shallow layer, q = (hs, hs vs, hf, hf vf), (3.5).
 
     ::
 
@@ -33,8 +33,8 @@ class TwoPhase(PressureCoupled):
     Notes
     -----
     Hyperbolic while |vs - vf| <= 2 a beta or >= 2 a, with a^2 = g h, beta^2 = (1-phi)(1-gamma)/2 (sufficient, 4.16).
-    Elsewhere the inner speeds may be complex: the problem is then ill-posed. The Roe decomposition keeps the outer
-    waves and lets the inner pair travel together at its mean speed; the faces are counted.
+    Elsewhere the inner speeds may be complex, and the problem is then ill-posed. The Roe decomposition keeps the outer
+    waves and assigns the mean speed to the inner pair; ``stats.nonhyperbolic_faces`` counts the faces.
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885. Roe averages: the velocity means of the paper with
     arithmetic depths, derived here to satisfy A^ dq = df + w^ exactly.
@@ -72,16 +72,16 @@ class TwoPhase(PressureCoupled):
 
 
 def mixture_flux(layers, g, gamma):
-    """Return the flux of (3.5) of hs, vs, hf, vf."""
+    """Return the four components of the flux of (3.5) for hs, vs, hf, vf."""
     hs, vs, hf, vf = layers
     half = 0.5 * g
     return hs * vs, hs * vs * vs + half * hs * (hs + (1.0 - gamma) * hf), hf * vf, hf * vf * vf + half * hf * hf
 
 
 def mixture_push(left, right, bl, br, g, gamma):
-    """Return what pressures, products on the segment of the depths, and bottom add to the momenta over a face of (3.5).
+    """Return the pressure, nonconservative and bottom terms of both momenta over a face, on the segment of the depths, (3.5).
 
-    In the form g hs^ d(h + b) + g (1-gamma)/2 (hf^ dhs - hs^ dhf), g hf^ d(h + b), which vanishes to rounding at rest.
+    The form g hs^ d(h + b) + g (1-gamma)/2 (hf^ dhs - hs^ dhf), g hf^ d(h + b) vanishes to rounding at rest.
 
     Parameters
     ----------
@@ -98,14 +98,14 @@ def mixture_push(left, right, bl, br, g, gamma):
 
 
 def mixture_difference(ql, qr, auxl, auxr):
-    """Return qr - ql with the bottom step added to the depths in proportion: zero at rest with uniform phi."""
+    """Return the balanced difference: qr - ql with the bottom step added to the depths in proportion; 0 at rest, uniform phi."""
     (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
     solid, _, fluid, _ = mixture_lift((hsl + hsr, 0.0, hfl + hfr, 0.0), (auxr[0] - auxl[0],))
     return (hsr - hsl) + solid, msr - msl, (hfr - hfl) + fluid, mfr - mfl
 
 
 def mixture_lift(here, aux):
-    """Return the bottom, shared among the depths in proportion: with it they are constant at rest with uniform phi."""
+    """Return the equilibrium correction: the bottom divided in proportion to the depths; hs, hf plus it are constant at rest."""
     hs, _, hf, _ = here
     solid = hs / (hs + hf + TINY) * aux[0]
     return solid, 0.0, aux[0] - solid, 0.0

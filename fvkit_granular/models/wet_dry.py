@@ -1,6 +1,6 @@
-"""Faces near dry ground: thin depths, their velocities, and the part of a bottom step that water can see.
+"""Wet/dry fronts: thin layers, desingularised velocities, and emerged steps of the bottom.
 
-Everything here is pointwise and shared by all models of the package. Derived by this project, except the
+All functions are pointwise and shared by all models of the package. Derived by this project, except the
 desingularised velocity, which is common practice.
 """
 
@@ -14,11 +14,11 @@ from fvkit.pointwise import known, maximum, minimum, where
 #: Smallest threshold of a dry cell, m: products of three depths stay normal numbers.
 LEAST_DRY = 1e-30
 
-#: A face takes depths below this share of the threshold for none: the cell keeps its mass, which does not move.
+#: Depth relative to ``dry`` below which a layer is absent at faces: its mass stays in the cell.
 IMMOBILE = 1e-10
 
-#: How fast an emerged step closes once its excess exceeds so many times the kinetic head of what runs towards it: ``HIGH`` times
-#: where it rises far above the water, ``HIGH + SHORE`` times where it is a step of a shore, no higher than the water before it.
+#: An emerged step becomes a wall once its excess exceeds a multiple of the kinetic head of the flow towards it: ``HIGH`` for a
+#: step far above the water, ``HIGH + SHORE`` for a step of a shore, no higher than the water before it. ``CLOSING`` is the rate.
 CLOSING, HIGH, SHORE = 4.0, 8.0, 120.0
 
 #: Added to denominators that vanish together with their numerators: far below any product of depths and speeds.
@@ -26,12 +26,12 @@ TINY = 1e-200
 
 
 def threshold(dry):
-    """Return the depth below which a cell counts as dry, m; the smallest one where a model leaves it open."""
+    """Return the depth below which a cell counts as dry, m; `LEAST_DRY` for None."""
     return known(dry, LEAST_DRY)
 
 
 def present(h, dry):
-    """Return the depth that a face sees: h, or 0 where it is too thin to move."""
+    """Return the depth used at faces, m: h, or 0 for an immobile film."""
     return where(h > IMMOBILE * threshold(dry), h, 0.0)
 
 
@@ -41,20 +41,20 @@ def wetness(h, dry):
 
 
 def velocity(h, m, dry):
-    """Return m/h from ``dry`` on, and less below it, tending to 0: m min(1, h/dry)/max(h, dry)."""
+    """Return the desingularised velocity m min(1, h/dry)/max(h, dry), m/s: m/h above ``dry``, tending to 0 below."""
     return m * wetness(h, dry) / maximum(h, threshold(dry))
 
 
 def settled(h, m, dry):
-    """Return the momentum h v with the velocity of `velocity`: below ``dry`` it would else pile up without depth."""
+    """Return the desingularised momentum, h times `velocity`, which prevents momentum without depth in thin films."""
     wet = wetness(h, dry)
     return m * (wet * wet)
 
 
 def bed_step(hl, hr, bl, br):
-    """Return db and its excess e: db - e is the step seen through the water, at most the depth of the lower side.
+    """Return the bottom step db and its excess e: db - e is the submerged part, at most the depth of the lower side.
 
-    e acts on the depth of the upper side alone. An emerged step (hr = 0, db >= hl) then exerts no force at rest, and
+    e acts on the depth of the upper side alone. So an emerged step (hr = 0, db >= hl) exerts no force at rest, and
     a thin film on a steep slope keeps its full weight.
     """
     db = br - bl
@@ -63,23 +63,23 @@ def bed_step(hl, hr, bl, br):
 
 
 def covered_step(hl, hr, bl, br):
-    """Return the step of the bottom that is seen through the water: by all of a cliff, corrections would hold water on it."""
+    """Return the submerged part of a bottom step, m; with the full height of a cliff, corrections would hold water on it."""
     db, excess = bed_step(hl, hr, bl, br)
     return db - excess
 
 
 class Step(NamedTuple):
-    """The step of the bottom at a face, as the flow over it feels it.
+    """Bottom step at a face, with its weights in the jump.
 
     Parameters
     ----------
     db, excess : see `bed_step`.
     inverse : 1/(|e| + h_up), 1/m.
-    raised : share |e|/(|e| + h_up) of the potential head over the step that the upper side alone bears.
-    steep : share of the change of velocity over the face that the step explains: at most 2 |db|/|dh|, 0 at shores and where the
-        step is below a twentieth of both depths together, a resolved bottom; whole from a tenth on.
-    standing : share of it that stands: as ``steep``, between depths of similar size, where the step is at most three quarters
-        of both together; a film on a slope leaves all to the waves.
+    raised : |e|/(|e| + h_up), fraction of the potential head over the step that acts on the upper side alone.
+    steep : fraction of the velocity change over the face attributed to the step: at most 2 |db|/|dh|; 0 at shores and where
+        the step is below 1/20 of hl + hr (a resolved bottom), full from 1/10 on.
+    standing : fraction of the velocity change that is stationary: as ``steep``, for depths of similar size and steps of at
+        most 3/4 of hl + hr; 0 for a film on a slope.
     bare : max(0, 1 - h_up/h_low): 1 where the upper side is dry, 0 where it is as deep as the lower one.
     """
 
@@ -93,7 +93,7 @@ class Step(NamedTuple):
 
 
 def face_step(hl, hr, bl, br):
-    """Return the `Step` between two depths."""
+    """Return the `Step` at a face with depths hl, hr and bottoms bl, br, m."""
     db, excess = bed_step(hl, hr, bl, br)
     above, below = upper(db, hl, hr), upper(db, hr, hl)
     size = np.abs(excess)
@@ -108,13 +108,13 @@ def face_step(hl, hr, bl, br):
 
 
 def kinetic_head(step, ml, vl, mr, vr, push):
-    """Return what the momentum of a phase, masses ml and mr, gains over a step: W v^ dv - mean(m v) dv, against its push.
+    """Return the kinetic head term of a phase with masses ml, mr at a step: W v^ dv - mean(m v) dv, opposed to the push.
 
-    W, between the smaller and the larger mass, is the weight of the potential head, push = g W d(h + b). With it in the jump,
-    the kinetic head has the same weight, so that the jump vanishes where discharge and total head are constant: falling
-    water gains no energy, and a step of one face lets through what a resolved ramp does. Third order in the jump, so smooth
-    flow is as before; 0 on a level bottom and at rest. It takes part of the push, never more, nor adds to it, as in a steady
-    flow: fast flow over rough ground would else break up. Derived here.
+    W, between the smaller and the larger mass, is the weight of the potential head, push = g W d(h + b). With this term the
+    kinetic head has the same weight, so the jump vanishes where discharge and total head are constant: falling water gains no
+    energy, and a step of one face has the discharge of a resolved ramp. The term is of third order in the jump, so smooth
+    flow is unaffected; it is 0 on a level bottom and at rest. It never exceeds the push and never adds to it, as in steady
+    flow; otherwise fast flow over rough ground would be unstable. Derived here.
     """
     dm, dv = mr - ml, vr - vl
     head = step.steep * dv * dm * (0.25 * np.sign(step.db) * step.raised * (vl + vr) - 0.25 * dv)
@@ -123,13 +123,15 @@ def kinetic_head(step, ml, vl, mr, vr, push):
 
 
 def carried_over(step, hl, vl, hr, vr, taken, al, ar, g):
-    """Return the change of velocity, m/s, that stands at a steep step: -v^ dh/h^, with one discharge on both sides.
+    """Return the stationary velocity jump at a steep step, m/s: -v^ dh/h^, of a flow with equal discharge on both sides.
 
-    Where the discharge changes by more than a third of what depth and velocity alone would change it, less stands, and nothing
-    from two thirds on: that is a wave. The push of the bottom, g h^ db, makes the change: as much as friction takes of the push,
-    as much less of it stands. A flow that friction balances over the steps of a slope would else grow waves. Less stands where
-    flow is faster than 3/4 of its waves on both sides, and nothing where it is faster than these, since all waves go down then;
-    and where one depth is over five times the other, nothing from eleven times on: what has all but gone would be shot out.
+    The jump is reduced in these cases:
+
+    * The discharge changes by more than 1/3 of |v^ dh| + |h^ dv|; 0 from 2/3 on, since that is a wave.
+    * Friction balances part of the push of the bottom, g h^ db: reduced in proportion. Otherwise a flow balanced by friction
+      over the steps of a slope would develop waves.
+    * The flow is faster than 3/4 of the wave speed on both sides; 0 for supercritical flow, where all waves travel downstream.
+    * One depth is more than 5 times the other; 0 from 11 times on, to avoid excessive velocities in thin layers.
     """
     shallower, faster, depths = (vl + vr) * (hr - hl), (hl + hr) * (vr - vl), hl + hr
     steady = 2.0 - 3.0 * np.abs(shallower + faster) / (np.abs(shallower) + np.abs(faster) + TINY)
@@ -141,12 +143,12 @@ def carried_over(step, hl, vl, hr, vr, taken, al, ar, g):
 
 
 def wall_share(step, vl, vr, g):
-    """Return the share of a wall in an emerged step, for the phase on its lower side, and whether that runs towards it.
+    """Return the wall fraction of an emerged step for the phase on its lower side, and whether the flow is towards the step.
 
-    With k = v^2/2g, 1 towards the step where k lies below about a tenth of its excess e, and 0 from e/8 on: what has the
-    energy to climb climbs. Both bounds are 16 times lower where e is not larger than the depth of the lower side: smooth
-    slopes are no walls to a wave that runs up them. Away from the step 1 - 10 k/e. All fade where the upper side is as deep as
-    the lower one: water that comes down a step runs on.
+    With kinetic head k = v^2/2g and flow towards the step, the fraction is 1 for k below about e/10, e the excess, and 0 from
+    e/8 on, where the flow has enough energy to climb. Both bounds are 16 times lower where e is at most the depth of the lower
+    side, so that waves run up smooth slopes. For flow away from the step it is 1 - 10 k/e. The fraction vanishes as the upper
+    side becomes as deep as the lower one.
     """
     v, size = upper(step.db, vr, vl), np.abs(step.excess)
     k = 0.5 / g * v * v
@@ -158,11 +160,11 @@ def wall_share(step, vl, vr, g):
 
 
 def wall_push(step, ml, vl, mr, vr, hl, hr, al, ar, g):
-    """Return the push of an emerged step on the phase of mass m on its lower side: a wall, as far as `wall_share` has it.
+    """Return the wall force of an emerged step on the phase of mass m on its lower side, weighted by `wall_share`.
 
-    m v (a + 3/2 max(v, 0)) for v towards the step, what a mirror image would exert in the relaxation solver, which then lets
-    nothing climb; pulled back by no more than the static pressure. An emerged step without it is a valve: water climbs it
-    without energy and does not come back, and at rest rounding grows to metres per second. Derived here.
+    The force is m v (a + 3/2 max(v, 0)), v towards the step: that of a reflecting wall in the relaxation solver. A negative
+    force is limited by half the static pressure. Without it an emerged step acts as a valve: water climbs it without energy
+    and does not return, and at rest round-off grows to metres per second. Derived here.
     """
     share, _ = wall_share(step, vl, vr, g)
     side, v, m = np.sign(step.db), upper(step.db, vr, vl), upper(step.db, mr, ml)
@@ -182,14 +184,14 @@ def mean_velocity(hl, vl, hr, vr):
     return (rootl * vl + rootr * vr) / (rootl + rootr + TINY)
 
 
-#: Default threshold of a dry cell, as a share of the largest initial depth.
+#: Default ``dry`` relative to the largest initial depth.
 DRY_SHARE = 1e-8
 
 DRY_HINT = "depth in metres below which a film does not move; None for 1e-8 of the largest initial depth"
 
 
 def resolved(model: Any, q0: np.ndarray) -> Any:
-    """Return the model with its ``dry``, where it is None, set to fit the initial state."""
+    """Return the model with ``dry`` set from the initial state if it is None."""
     if model.dry is not None:
         return model
     largest = float(q0[[row for masses, _ in model.phases for row in masses]].sum(axis=0).max())
@@ -197,11 +199,11 @@ def resolved(model: Any, q0: np.ndarray) -> Any:
 
 
 def share(part, whole):
-    """Return part/whole, and part where the whole is 0.
+    """Return the ratio part/whole, and part where the whole is 0.
 
     Parameters
     ----------
-    part, whole : of the same unit, whole >= 0.
+    part, whole : quantities of the same unit, whole >= 0.
     """
     return part / where(whole > 0.0, whole, 1.0)
 

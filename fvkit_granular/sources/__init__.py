@@ -1,1 +1,1 @@
-"""Sources: friction at the bed, drag between the phases, rain."""
+"""Sources: basal friction, drag between the phases, rain and infiltration."""

@@ -17,10 +17,10 @@ from fvkit.problem.fields import number
 from fvkit_granular.models.wet_dry import share, velocity
 from fvkit_granular.sources.slip_decay import decay, drag_rate, exchange, slip_momentum
 
-#: Limits of D, 1/s, so that D K t stays a number: a slip is gone long before the one, and does not notice the other.
+#: Bounds of D, 1/s, that keep D K t finite and positive; both are far outside the range that changes the slip.
 STRONGEST, WEAKEST = 1e100, 1e-200
 
-#: A slip is followed down to exp(-100) of its start, far below the rounding of the velocities.
+#: Largest decay -log(r) of the slip: exp(-100) is far below round-off of the velocities.
 DEEPEST = 100.0
 
 #: Nodes below 1/2 and weights of Gauss and Legendre's rule on (0, 1); 1 minus a node is a node, of the same weight.
@@ -71,7 +71,7 @@ class Drag(Source):
         """Return D(phi, slip), 1/s."""
 
     def remaining(self, model, phi, slip, time):
-        """Return the share r of the slip left after ``time``, r(0) = 1, dr/dt = -D(phi, slip r) r.
+        """Return the remaining fraction r of the slip after ``time``: dr/dt = -D(phi, slip r) r, r(0) = 1.
 
         The depth of decay L = -log r solves  integral_0^L dl/D(phi, slip exp(-l)) = time.  The integral is that of the power
         law through both ends, in closed form, plus Gauss and Legendre's rule for the rest, which vanishes at both ends;
@@ -152,10 +152,11 @@ class Drag(Source):
         return minimum(STRONGEST, maximum(0.0, self.coefficient(model, phi, slip)))
 
     def moved(self, model, phi, slip, change, time):
-        """Return the slip after ``time`` of what starts with ``slip``, is driven by the constant change/time, and has this drag.
+        """Return the slip after ``time`` under this drag and a constant drive change/time, from the initial ``slip``.
 
-        Two implicit half steps twice, less a whole one: second order, exact where drag balances the drive. Where that would
-        turn the slip round, the half steps alone; without a drive as `remaining` has it. Derived here.
+        Richardson extrapolation of two implicit half steps and one full step: second order, exact where drag balances the
+        drive. If the extrapolation changes the sign of the slip, the half steps alone; without a drive, `remaining`. Derived
+        here.
 
         Parameters
         ----------
@@ -188,7 +189,7 @@ class Drag(Source):
         both = (hs > 0.0) & (hf > 0.0)
         slip = velocity(old_f, old_mf, model.dry) - velocity(old_s, old_ms, model.dry)
         start = where(both & (old_s > 0.0) & (old_f > 0.0), slip, free)
-        # The force acts on the masses of the step's middle, the slip is that of its end.
+        # The force acts on the mean masses of the step; the slip is that at the end of the step.
         solid, fluid = 0.5 * (hs + old_s), 0.5 * (hf + old_f)
         time = dt * drag_rate(hs, hf, model.gamma) * share(solid + fluid, hs + hf)
         end = self.moved(model, share(solid, solid + fluid), start, free - start, time)
@@ -237,7 +238,7 @@ def series_of_log(x):
 
 @attrs.frozen
 class ConstantDrag(Drag):
-    """Constant D: the slip decays as w(t) = w(0) exp(-D K t), exactly in a step.
+    """Constant drag coefficient D: the slip decays as w(t) = w(0) exp(-D K t), exactly in a step.
 
     Parameters
     ----------
@@ -263,7 +264,7 @@ class ConstantDrag(Drag):
 
 @attrs.frozen
 class VelocityDrag(Drag):
-    """D = d0 + d1 abs(vf - vs), exactly in a step.
+    """Velocity-dependent drag, D = d0 + d1 abs(vf - vs), exactly in a step.
 
     w(t) = w(0) e / (1 + d1 abs(w(0)) (1 - e)/d0) with e = exp(-d0 K t).
 
@@ -292,7 +293,7 @@ class VelocityDrag(Drag):
 
 @attrs.frozen
 class PitmanLeDrag(Drag):
-    """Pitman and Le's drag, D = g (1/gamma - 1) phi (1 - phi)^(1 - exponent) / v_T, exactly in a step.
+    """Pitman-Le drag, D = g (1/gamma - 1) phi (1 - phi)^(1 - exponent) / v_T, exactly in a step.
 
     The force on the fluid is D h (vf - vs), per density of the fluid, as for every law here. Pitman and Le divide their
     fluid equation, h vf in place of (1 - phi) h vf, by 1 - phi: there the same D stands as D/(1 - phi).

@@ -17,13 +17,13 @@ from fvkit.pointwise import combine
 from fvkit.problem.fields import number
 from fvkit_granular.models.wet_dry import share, threshold, velocity
 
-#: Share by which static friction exceeds that of motion: a slope that creeps to its angle stops there.
+#: Relative excess of static over dynamic friction, so that a flow that comes to rest at its angle stops in finite time.
 STICKING = 1e-6
 
-#: Largest deceleration, m/s^2: a momentum is gone long before, and products with it stay numbers.
+#: Largest deceleration, m/s^2, far above any relevant one; keeps products finite.
 STRONGEST = 1e100
 
-#: A speed is followed down to exp(-100) of its start, far below its rounding.
+#: Largest decay -log of a speed: exp(-100) is far below round-off.
 DEEPEST = 100.0
 
 #: Number of iterations of `BasalFriction.slowed`, of two evaluations of the law each.
@@ -144,11 +144,11 @@ class BasalFriction(Source):
         return minimum(STRONGEST, maximum(0.0, self.resistance(model, load, h, speed)))
 
     def moved(self, model, load, h, v, change, dt):
-        """Return the velocity after dt of what starts with v, is accelerated by change/dt, and has this friction.
+        """Return the velocity after dt under this friction and a constant drive change/dt, from the initial velocity v.
 
-        Two implicit half steps twice, less a whole one: second order, exact where R does not depend on the speed, and at the
-        speed at which R balances the drive. Where that would turn the velocity round or let it grow, the half steps alone.
-        Derived here.
+        Richardson extrapolation of two implicit half steps and one full step: second order, exact where R does not depend on
+        the speed and where R balances the drive. If the extrapolation changes the sign of the velocity or exceeds
+        |v| + |change|, the half steps alone. Derived here.
 
         Parameters
         ----------
@@ -207,7 +207,7 @@ class BasalFriction(Source):
 
 @attrs.frozen
 class CoulombFriction(BasalFriction):
-    """Dry friction, R = nu load: a pile below its angle of friction rests for ever, a sliding block stops.
+    """Coulomb (dry) friction, R = nu load: a pile below its angle of friction stays at rest, a sliding block stops.
 
     Exact in a step: v' = max(|v| - dt nu load, 0). In the two-phase model it acts on the solid alone, whose load
     is g (1-gamma); the fluid has none. In the reduced model the grains carry g (1 - gamma/rho).
@@ -234,7 +234,7 @@ class CoulombFriction(BasalFriction):
 
 @attrs.frozen
 class Voellmy(BasalFriction):
-    """Voellmy's law, R = mu load + g v^2/(xi h): dry friction and a turbulent part.
+    """Voellmy friction, R = mu load + g v^2/(xi h): dry friction and a turbulent part.
 
     In closed form: with s = max(|v| - dt mu load, 0) and a = dt g/(xi h), v' = 2 s/(1 + sqrt(1 + 4 a s)). In the two-phase
     model dry friction acts on the solid alone and the turbulent part on each phase by its own velocity, h being the depth
@@ -263,7 +263,7 @@ class Voellmy(BasalFriction):
 
 @attrs.frozen
 class Manning(BasalFriction):
-    """Manning's law, R = g n^2 v^2/h^(4/3): rough turbulent flow, no friction at rest.
+    """Manning friction, R = g n^2 v^2/h^(4/3): rough turbulent flow, no friction at rest.
 
     In closed form: with a = dt g n^2/h^(4/3), v' = 2 |v|/(1 + sqrt(1 + 4 a |v|)). In the two-phase model it acts on each
     phase by its own velocity, h being the depth of both: with one velocity it is the law for the whole layer.

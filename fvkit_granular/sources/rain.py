@@ -20,7 +20,7 @@ UNIT = "m/s over the ground: 36 mm/h = 1e-5 m/s"
 
 @attrs.frozen
 class Rain(Source):
-    """Rain of an intensity, m/s over the ground; infiltration where it is negative, of at most the water that is there.
+    """Rain of given intensity, m/s over the ground; negative intensity is infiltration, limited by the existing water.
 
     Exact in a step. Rain wets dry ground, and counts as entered: `fvkit.Stats`. An ``intensity`` that is not 0 in a few cells
     alone is a point source: discharge, m^2/s, over the length of these cells.
@@ -60,7 +60,7 @@ class Rain(Source):
         return with_masses(model, q, model.poured(q, solid, fluid))
 
     def fallen(self, time):
-        """Return the depths of solid and fluid, m, that come in within a time; negative what could leave."""
+        """Return the depths of solid and fluid added within a time, m; a negative depth is the potential infiltration."""
         falls = maximum(self.intensity, 0.0)
         return time * (self.phi * falls), time * ((1.0 - self.phi) * falls + minimum(self.intensity, 0.0))
 

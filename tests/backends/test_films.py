@@ -94,4 +94,4 @@ def test_the_command_counts_films_apart(tmp_path, capsys):
     from fvkit.cli import main
 
     assert main(["run", "lost-hyperbolicity", "--cells", "50", "--backend", "numpy", "--out", str(tmp_path)]) == 0
-    assert "of them in films below 5 cm, the deepest" in capsys.readouterr().out
+    assert "of them where h < 0.05 m, largest depth" in capsys.readouterr().out

@@ -1,1 +1,1 @@
-"""Riemann problem of the two-phase model: its waves, and what it depends on inside its shocks."""
+"""Riemann problem of the two-phase model: rarefactions, shock loci, wave curves, and paths across shocks."""

@@ -1,4 +1,4 @@
-"""Find the four wave strengths that join two states of the two-phase model.
+"""Matching of wave curves: the four wave strengths that connect two states of the two-phase model.
 
 The wave curves of fields 1 and 2 start at the left state, those of fields 4 and 3 at the right state in
 the mirrored frame (x, v -> -x, -v turns field k into 5 - k); they must meet in the middle state.

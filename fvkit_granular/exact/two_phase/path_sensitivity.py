@@ -1,4 +1,4 @@
-"""How much the speed of an internal shock hangs on the path across it: what the model leaves open."""
+"""Path sensitivity: spread of the speed of internal shocks over paths, which the model does not determine."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a path through the (hs, hf) plane contributes to a shock: one number, delta.
+"""Paths in the (hs, hf) plane for nonconservative products across a shock, each reduced to one number, delta.
 
 The nonconservative products of a shock need the integral of hs d(hf) along a path that joins its two
 sides (that of hf d(hs) follows by parts). Relative to the straight segment the path adds
