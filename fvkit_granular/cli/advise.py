@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import WavePropagation, solve
+from fvkit import WavePropagation, solve, validation
 from fvkit.backends import BACKENDS
 from fvkit.cli import SUCCESS, add_command
 from fvkit.schemes.riemann import default_riemann
@@ -38,11 +38,11 @@ def register(commands: Any) -> None:
 
 
 def _advise(options: argparse.Namespace) -> int:
-    chosen = find_scene(options.scene)
+    chosen, backend = find_scene(options.scene), validation.choice(options.backend, "--backend", BACKENDS)
     advice = advise(chosen, options.tol)
     print(advice)
     if options.check:
-        print(_checked(chosen, advice, options.backend))
+        print(_checked(chosen, advice, backend))
     return SUCCESS
 
 
