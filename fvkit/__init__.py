@@ -12,7 +12,7 @@ True
 from importlib import import_module
 from typing import Any
 
-from fvkit.output.citation import VERSION as __version__
+from fvkit.output.citation import VERSION
 from fvkit.output.load import load
 from fvkit.output.save import save
 from fvkit.output.solution import Solution
@@ -46,6 +46,8 @@ from fvkit.schemes.wave_propagation import WavePropagation
 from fvkit.studies.convergence import convergence
 from fvkit.studies.orders import Convergence, OrderError
 from fvkit.sweeps import Keep, Samples, SweepResult, sweep
+
+__version__ = VERSION
 
 __all__ = [
     "ARK4",
@@ -110,7 +112,6 @@ __all__ = [
     "VanLeer",
     "Wall",
     "WavePropagation",
-    "__version__",
     "convergence",
     "load",
     "maximum",

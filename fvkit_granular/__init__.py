@@ -1,10 +1,10 @@
 """fvkit_granular: two-phase (solid and fluid) shallow granular flows, for fvkit."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from fvkit_granular import scenes
 from fvkit_granular.boundaries import FixedLevel, GivenFlow, Hydrograph, UniformSlope
-from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
 from fvkit_granular.models.pitman_le import PitmanLe
 from fvkit_granular.models.reduced import Reduced
 from fvkit_granular.models.relaxation import Relaxation
@@ -29,6 +29,7 @@ from fvkit_granular.studies.scene_run import SceneRun
 
 if TYPE_CHECKING:
     from fvkit_granular import exact, plots
+    from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
 
 __all__ = [
     "Advice",
@@ -77,8 +78,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Import `exact` and scipy, or `plots` and matplotlib, when they are first asked for."""
+    if name in ("MovingEquilibrium", "steady"):
+        return getattr(import_module("fvkit_granular.exact.moving_equilibrium"), name)
     if name in ("exact", "plots"):
-        from importlib import import_module
-
         return import_module(f"fvkit_granular.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

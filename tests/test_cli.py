@@ -40,15 +40,15 @@ def test_run_prints_a_summary_and_saves_the_solution(tmp_path):
 
 
 def test_a_run_that_fails_exits_1_and_still_writes(tmp_path, monkeypatch, capsys):
-    import fvkit_granular.scenes as scenes
     from fvkit.cli import main
     from fvkit_granular import Scene
+    from fvkit_granular.scenes.library import catalogue
     from tests.cases import Fading
 
     def fading():
         return Scene((-1.0, 1.0), 0.05, lambda x: {"h": np.where(x < 0, 1.0, 3.0), "phi": 0.5}, sources=Fading())
 
-    monkeypatch.setitem(scenes._SCENES, "fading", fading)
+    monkeypatch.setitem(catalogue._SCENES, "fading", fading)
     assert main(["run", "fading", "--out", str(tmp_path / "out")]) == 1
     assert "step" in capsys.readouterr().out
     assert (tmp_path / "out" / "solution.npz").exists()

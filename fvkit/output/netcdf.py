@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 
 from fvkit.files import Unreadable, temporary_beside
-from fvkit.output.citation import VERSION
+from fvkit.output.citation import VERSION, package
 from fvkit.output.configuration import configuration_of, model_and_grid, parsed
 from fvkit.output.hdf5_file import PatientFile
 from fvkit.output.status import Results
@@ -90,7 +90,8 @@ TIME = {"units": "s", "axis": "T", "long_name": "time since the start of the clo
 def global_attributes(kept: Mapping[str, Any]) -> dict[str, str]:
     """Return the global attributes of a dataset, {name: text}."""
     return {"Conventions": "CF-1.11", "title": f"{kept['model']['class']} on {kept['grid']['num_cells']} cells",
-            "source": f"fvkit {VERSION}", "references": kept["citation"], "configuration": json.dumps(kept, allow_nan=False)}
+            "source": f"fvkit {VERSION}", "references": kept.get("citation", package().sentence()),
+            "configuration": json.dumps(kept, allow_nan=False)}
 
 
 def dataset(solution: Results) -> "Dataset":

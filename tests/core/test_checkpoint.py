@@ -152,7 +152,7 @@ def test_a_background_that_the_scheme_asks_at_faces_is_not_replaced_in_silence(p
 
 
 def test_the_failure_names_the_checkpoint(path):
-    with pytest.raises(fv.SolveError, match=r"max_steps .* step 4; fv.resume\('.*run.npz'\) goes on from here") as caught:
+    with pytest.raises(fv.SolveError, match=r"max_steps,? .* step 4; fv.resume\('.*run.npz'\) goes on from here") as caught:
         solve(avalanche(), times=TIMES, limits=fv.Limits(steps=4), checkpoint=fv.Checkpoint(path))
     assert str(caught.value) == caught.value.solution.message
 
@@ -231,7 +231,7 @@ import fvkit as fv
 from tests.core.test_checkpoint import TIMES, avalanche
 print("ready", flush=True)
 while True:
-    fv.solve(avalanche(200), times=TIMES, backend="numpy", checkpoint=fv.Checkpoint({path!r}, seconds=0.0), max_steps=150, throw=False)
+    fv.solve(avalanche(200), times=TIMES, backend="numpy", checkpoint=fv.Checkpoint({path!r}, seconds=0.0), limits=fv.Limits(steps=150), throw=False)
 """
 
 

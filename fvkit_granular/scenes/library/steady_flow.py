@@ -5,14 +5,16 @@ All boundaries are zero-order extrapolation, which keeps a uniform flow on level
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fvkit.validation import choice
-from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
 from fvkit_granular.scenes.reference import FunctionReference
 from fvkit_granular.scenes.scene import Scene
+
+if TYPE_CHECKING:
+    from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium
 
 #: h, phi, vs, vf where the ground is level.
 FLOWS: dict[str, dict[str, float]] = {
@@ -45,8 +47,10 @@ def parabolic_bump(x: np.ndarray) -> np.ndarray:
     return np.where(np.abs(x - 10.0) < 2.0, 0.2 - 0.05 * (x - 10.0) ** 2, 0.0)
 
 
-def profile(name: str) -> MovingEquilibrium:
+def profile(name: str) -> "MovingEquilibrium":
     """Return the steady flow of one of the scenes ``STEADY``."""
+    from fvkit_granular.exact.moving_equilibrium import steady
+
     name = choice(name, "name", STEADY)
     if name == "subcritical-bump":
         return steady(parabolic_bump, {"h": 2.0, "phi": 0.6, "vs": 2.21, "vf": 2.21}, (0.0, 25.0), 25.0)
