@@ -1,4 +1,4 @@
-"""What every backend shares: padded states, ghost geometry, and the bookkeeping of a march through time."""
+"""Abstract kernel: padded states, ghost cells and given functions, shared by all backends."""
 
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar

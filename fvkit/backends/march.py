@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-#: Steps are made even over this many before an output time, so that the last one is no sliver.
+#: Within this many steps of an output time, step lengths are equalised.
 EVEN = 1000
 
-#: A step is retried at most this often; each retry shortens it to the Courant number aimed at, but to no less than a share:
-#: speeds of the stages of a step that was too long say nothing about those of a shorter one.
+#: Retries per step; a retry shortens the step to the target Courant number, at most by a factor of 4.
 MAX_RETRIES, SHORTEST = 30, 0.25
 
-#: A number of steps this close above a whole one is that.
+#: Slack when the number of remaining steps is rounded up.
 SHY = 1.0 - 1e-12
 
 #: Depth below which a face is one of a film, not of the flow, m; and what one metre is in the units of counts.

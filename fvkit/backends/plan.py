@@ -1,4 +1,4 @@
-"""From stages with offsets to ranges: which cells and faces each stage must cover, and how many ghost cells that takes."""
+"""Plan of a scheme: the range of cells and faces that each stage covers, and the number of ghost cells."""
 
 import attrs
 
@@ -45,7 +45,7 @@ def plan(stages: tuple[Stage, ...]) -> Plan:
 
 
 def _with_guarded(stages: tuple[Stage, ...], ranges: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    """Let a guarded stage cover all of the fields that it rewrites, so that these keep their place whether it runs or not.
+    """Extend a guarded stage to the full range of the fields that it overwrites.
 
     A stage before a guarded one covers as much as what it reads, where it reads nothing further away: it can then share
     the loop of the stage before it. So does a light stage, whose result is not stored anyway.

@@ -1,4 +1,4 @@
-"""Kernels whose time loop runs in Python: what is tried, accepted and refused."""
+"""Time loop in Python: trial steps, acceptance and retries."""
 
 from abc import abstractmethod
 from math import isfinite

@@ -1,4 +1,4 @@
-"""Boundary conditions: what a ghost cell holds."""
+"""Boundary conditions: states of ghost cells, and mass fluxes that a boundary imposes."""
 
 import warnings
 from abc import ABC, abstractmethod

@@ -207,7 +207,7 @@ class Model(Part, ABC):
         raise NotImplementedError(f"{type(self).__name__} defines no `preferred_riemann`")
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
-        """Return what a person looks at, {name: (n,)}: by default the conserved quantities."""
+        """Return the observables, {name: (n,)}: by default the conserved quantities."""
         return dict(zip(self.conserved, q, strict=True))
 
     def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -27,7 +27,7 @@ REDUCTIONS: dict[str, Callable[[Solution, str, np.ndarray], float]] = {
     "front": _front,
 }
 
-#: What a sweep calls ``keep`` and `Keep` calls ``names``, as messages have it between backquotes.
+#: Argument name in messages.
 OUTPUTS = "names` of outputs to `keep"
 
 #: Statistics of a run that may be kept.

@@ -71,5 +71,5 @@ def own_error(solutions: list[Solution]) -> str:
         return "its own error of h is rounding"
     order = log2(gaps[0] / gaps[1]) if gaps[0] > 0.0 else 0.0
     if order < 0.1:
-        return f"its differences do not fall with the grid: own L1 error of h of the order of {gaps[1]:.0e} at least"
+        return f"it has not converged: its own L1 error of h is at least about {gaps[1]:.0e}"
     return f"own L1 error of h about {gaps[1] / (2.0**order - 1.0):.0e} by Richardson (observed order {order:.1f})"

@@ -1,4 +1,4 @@
-"""The generated code outside of the stages: sources, what a state must satisfy, walls, ghosts, and the ends of staged steps."""
+"""Generated code around the stages: sources, admissibility, ghost cells, boundary fluxes."""
 
 from typing import Any
 

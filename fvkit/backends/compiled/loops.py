@@ -1,4 +1,4 @@
-"""What generated kernels are written with: symbols, rows of scratch, loops, and blocks that compute what is written.
+"""Building blocks of generated kernel source: symbols, scratch rows, loops and blocks of arithmetic.
 
 A tile of cells stands in one scratch buffer, every field a row at a fixed offset. Rows are longer than a page, offsets are
 constants, nothing is indexed from below: each of these was measured to matter by a factor.

@@ -1,4 +1,4 @@
-"""What a face asks of both its cells, computed once per cell: divisions and roots that look at one place only."""
+"""Per-cell precomputation: divisions and roots of one cell that both of its faces use, computed once."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ _CHEAP = frozenset(("load", "uniform", "+", "-", "*", "abs", "neg", "where", "ma
                     "isfinite", "isnan", "<", "<=", ">", ">=", "==", "!=", "&", "|", "not"))
 
 
-#: What a node is that looks at several places, or at fields that stages write.
+#: Profile of a node that depends on more than one cell.
 _NO_CELL: tuple[int, int | None, bool] = (-1, None, False)
 
 

@@ -1,4 +1,4 @@
-"""The text of the compiled time loop, the same for every kernel: one step over all tiles, and steps up to a time."""
+"""Source of the compiled time loop: a step over all tiles, and steps up to a time, the same for every kernel."""
 
 from textwrap import indent
 

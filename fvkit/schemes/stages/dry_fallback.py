@@ -13,11 +13,11 @@ from fvkit.schemes.stages.driven import for_cells, jumps
 from fvkit.schemes.stages.fluctuations import anchored, rest_of, travelling_left
 from fvkit.schemes.stages.positivity import carriers, inside, window
 
-#: The fallback is complete where they differ by more than this factor, or where the difference that is equilibrium, such
-#: as a step of the bottom, exceeds the smaller by it; it begins at half of it.
+#: Depth ratio of neighbours, or of an equilibrium difference such as a step of the bottom to the smaller depth: the weight of
+#: the fallback is 0 below half of it and 1 above it.
 DRIER = 10.0
 
-#: It is complete where a phase is less than this share of the whole, and begins at twice that.
+#: Share of a phase in the whole: the weight is 1 below it and 0 above twice that.
 RARE = 1e-4
 
 #: Between reconstructed states it is complete too where a phase parts faster than the speed of sound of both sides, and

@@ -1,6 +1,6 @@
-"""High order next to dry ground: how much of its deviation from the mean the polynomial of a cell may keep.
+"""Limiter of the reconstruction at wet/dry fronts: the deviation of a cell's polynomial from its mean is scaled down.
 
-The whole polynomial, bottom included, is drawn to its mean by one share: rest, which is constant in q + lift, survives any share.
+One factor in [0, 1] scales the whole polynomial, bottom included: rest, where q + lift is constant, holds for any factor.
 Derived here.
 """
 
