@@ -8,7 +8,7 @@ import types
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from fvkit.backends.compiled import disk_cache, llvm
 from fvkit.backends.compiled.generator import Source, generate
 from fvkit.backends.compiled.llvm import Block
 from fvkit.backends.compiled.loops import SPARE, TILE
-from fvkit.backends.compiled.time_loop import DRIVER, STAGED_DRIVER
+from fvkit.backends.compiled.time_loop import driver, staged_driver
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
 from fvkit.backends.runge_kutta import STATE, TRANSPORT, Program, program
@@ -45,6 +45,25 @@ def switched_off() -> bool:
 def available() -> bool:
     """Whether numba is installed and compiles; does not import it."""
     return find_spec("numba") is not None and not switched_off()
+
+
+class Scratch(NamedTuple):
+    """Working arrays of one thread.
+
+    Parameters
+    ----------
+    buffer : rows of the fields of a tile.
+    speeds : largest speeds.
+    ends, fluxes : (3, masses) mass fluxes through both ends of a tile and of the grid; behind them what sources bring of each
+        mass, summed over the cells.
+    found : faces that lost hyperbolicity: their number, the first, those in films, and the depth of the deepest.
+    """
+
+    buffer: np.ndarray
+    speeds: np.ndarray
+    ends: np.ndarray
+    fluxes: np.ndarray
+    found: np.ndarray
 
 
 class NumbaKernel(Kernel):
@@ -82,13 +101,10 @@ class NumbaKernel(Kernel):
         self._scratch = self.scratch()
         self._steady = self.boundary_values(problem.t_start)
 
-    def scratch(self) -> tuple[np.ndarray, ...]:
-        """Working arrays of one thread: tile buffer, largest speeds, mass fluxes of a tile's ends and of the grid's, faces.
-
-        Behind those fluxes stands what sources bring of each mass, summed over the cells.
-        """
+    def scratch(self) -> Scratch:
+        """Return the working arrays of one thread."""
         row, ends = TILE + SPARE, (3, max(len(self.mass_rows), 1))
-        return _aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64)
+        return Scratch(_aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64))
 
     def boundary_values(self, *times: float) -> np.ndarray:
         """What the boundaries give to their ghosts at each time, a row for each side."""
@@ -137,7 +153,7 @@ class NumbaKernel(Kernel):
 
     def text(self, source: Source) -> str:
         """The whole module: constants, the kernel's own functions, the time loop."""
-        return _module_text({}, self.plan.halo, source.text, DRIVER)
+        return _module_text({}, self.plan.halo, source.text, driver())
 
 
 class StagedNumbaKernel(NumbaKernel):
@@ -164,7 +180,7 @@ class StagedNumbaKernel(NumbaKernel):
     def text(self, source: Source) -> str:
         constants = {"GHOSTS": self.plan.halo, "STATE": STATE, "TRANSPORT": TRANSPORT}
         name = "tile" if self.source_plan is None else "source_tile"
-        return _module_text(constants, self.plan.halo, source.text, STAGED_DRIVER.replace("SOURCES(", f"{name}("))
+        return _module_text(constants, self.plan.halo, source.text, staged_driver(name))
 
 
 def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
@@ -190,11 +206,11 @@ def _aligned(size: int) -> np.ndarray:
     return room[start:start + size]
 
 
-def _module_text(own_constants: dict[str, int], halo: int, own: str, driver: str) -> str:
+def _module_text(own_constants: dict[str, int], halo: int, own: str, loop: str) -> str:
     constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
                  **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
-    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{driver}"
+    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{loop}"
 
 
 #: Modules of this process, by the name that their content gives them; one thread at a time makes one.

@@ -53,9 +53,9 @@ class ThreadedKernel(StepwiseKernel):
                 for begin, end, scratch in self._shares]
         reports = [item.result() for item in work]
         speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)
-        found = [scratch[4] for _, _, scratch in self._shares]
+        found = [scratch.found for _, _, scratch in self._shares]
         firsts = [int(item[1]) for item in found if item[1] >= 0]
-        fluxes = [scratch[3] for _, _, scratch in self._shares]
+        fluxes = [scratch.fluxes for _, _, scratch in self._shares]
         brought = np.add.reduce([flux[2] for flux in fluxes])
         lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
         return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought, lost, min(firsts, default=-1))

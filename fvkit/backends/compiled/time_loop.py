@@ -30,17 +30,8 @@ for j in range(lanes):
     speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
 '''
 
-_TILES = '''
-def tiles(begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
-@@
-    return speed, bad
-
-
-'''
-
-_ADVANCE = '''\
-def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, share_after,
-            stop_when_lost, REGISTERSpar, values, buf, smx, ends, flux, masses, real, count, found):
+#: Steps up to a time, before and after the text of one step.
+_BEGIN = '''\
     t = real[0]
     dt = real[1]
     outcome = PAUSED
@@ -59,9 +50,9 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, 
                 break
             ratio = h / dx
             before = share_before * h
-            ghosts(q, aux, n, before, par, values)
-            after = share_after * h
-@@
+'''
+
+_END = '''\
             cfl = speed * h / dx
             if cfl <= cfl_max:
                 accepted = True
@@ -107,6 +98,12 @@ def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, 
     if outcome == PAUSED and t >= target:
         outcome = REACHED
     return outcome
+'''
+
+#: Ghost cells before a step, and the share of the step that sources take after it.
+_GHOSTS = '''\
+ghosts(q, aux, n, before, par, values)
+after = share_after * h
 '''
 
 #: The same for a scheme with a time integrator: a program of sweeps and sums over registers. A row of ``sweeps`` holds:
@@ -197,13 +194,23 @@ def add_up(regs, sweep, weights, first, nt, ratio, h):
 
 '''
 
-#: ``tiles`` for threads, each its share; ``advance`` for one, with the same step written out: a call in between would cost
-#: the compiler a second round over everything.
-DRIVER = _TILES.replace("@@\n", indent(_STEP, 4 * " ")) + (_ADVANCE.replace("@@\n", indent(_STEP, 12 * " "))
-                                                          .replace("REGISTERS", ""))
+def _advance(step: str, registers: str = "") -> str:
+    """Return the text of ``advance``; ``registers`` are arguments of a staged step."""
+    return (f"def advance(q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, "
+            f"share_after,\n            stop_when_lost, {registers}par, values, buf, smx, ends, flux, masses, real, count, found):\n"
+            f"{_BEGIN}{indent(step, 12 * ' ')}{_END}")
 
 
-#: The driver of staged schemes; its ghosts are filled sweep by sweep.
-STAGED_DRIVER = _ADD_UP + (_ADVANCE.replace("@@\n", indent(_STAGED, 12 * " "))
-                           .replace("            ghosts(q, aux, n, before, par, values)\n", "", 1)
-                           .replace("REGISTERS", "regs, sweeps, weights, last_register, "))
+def driver() -> str:
+    """Return ``tiles`` for threads, each its share, and ``advance`` for one, with the same step written out: a call in between
+    would cost the compiler a second round over everything."""
+    arguments = "begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found"
+    tiles = f"def tiles({arguments}):\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
+    return f"\n{tiles}\n\n{_advance(_GHOSTS + _STEP)}"
+
+
+def staged_driver(sources: str) -> str:
+    """Return the driver of staged schemes, whose ghosts are filled sweep by sweep; ``sources`` is the name of the function for
+    sweeps of implicit sources."""
+    step = "after = share_after * h\n" + _STAGED.replace("SOURCES(", f"{sources}(")
+    return _ADD_UP + _advance(step, "regs, sweeps, weights, last_register, ")
