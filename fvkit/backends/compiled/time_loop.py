@@ -197,7 +197,8 @@ def add_up(regs, sweep, weights, first, nt, ratio, h):
 def _advance(step: str, registers: str = "") -> str:
     """Return the text of ``advance``; ``registers`` are arguments of a staged step."""
     arguments = ("q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, "
-                 f"share_after,\n            stop_when_lost, {registers}par, values, buf, smx, ends, flux, masses, real, count, found")
+                 f"share_after,\n            stop_when_lost, {registers}"
+                 "par, values, buf, smx, ends, flux, masses, real, count, found")
     return f"def advance({arguments}):\n{_BEGIN}{indent(step, 12 * ' ')}{_END}"
 
 
