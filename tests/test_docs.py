@@ -60,7 +60,7 @@ def test_commands_parse(page):
     for command in re.findall(r"`fvkit ([a-z][^`]*)`", page.read_text(encoding="utf-8")):
         words = command.split()
         if not any(word.isupper() for word in words) and "--help" not in words:
-            assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"]) else words)
+            assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"], ["advise"]) else words)
 
 
 def test_the_snippets_about_channels_run(capsys):

@@ -113,9 +113,9 @@ class LookingUp(fv.WavePropagation):
     def stages(self, parts):
         first, *rest = super().stages(parts)
 
-        def looked_up(parts, ratio, *inputs):
-            np.interp(inputs[0][0], [-1e9, 1e9], [-1e9, 1e9])
-            return first.compute(parts, ratio, *inputs)
+        def looked_up(parts, ratio, **inputs):
+            np.interp(inputs["ql"][0], [-1e9, 1e9], [-1e9, 1e9])
+            return first.compute(parts, ratio, **inputs)
 
         return (attrs.evolve(first, compute=looked_up), *rest)
 

@@ -24,7 +24,7 @@ def test_a_plane_slope_warns_above_15_degrees_with_its_error(degrees):
     slope = np.tan(np.radians(degrees))
     assert steepest(-slope * np.arange(50), 1.0, np.full(50, True)) == pytest.approx(slope)
     assert f"{degrees:.3g} degrees" in sentence(slope)
-    assert sentence(slope).endswith(f"by {100.0 * slope**2:.2g} %")
+    assert sentence(slope).endswith(f"by {float(f'{100.0 * slope**2:.2g}'):.15g} %")
     scene = on(shapes.Plane(-slope))
     if degrees > MILD:
         with pytest.warns(gr.SteepSlopeWarning, match=f"steepest slope {degrees:.3g} degrees.*too large by") as caught:

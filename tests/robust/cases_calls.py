@@ -209,6 +209,8 @@ ELSEWHERE = {
     "SteepSlopeWarning": "a warning, given by the package",
     "Forcing": "takes a function: see tests of sources for what a wrong one gives",
     "Rain": "takes a field of any sign: see tests of sources for what a wrong one gives",
+    "save": "`Solution.save` as a function: see that",
+    "Phase": "a named tuple: a model that holds a wrong one says so, see tests/core/test_user_model.py",
     "Status": "an enumeration: Python names the value that is none of its members",
     "scene_names": "takes no argument",
     "fvkit.testing.LimiterConformance": "a suite for pytest: see tests/core/test_conformance.py for what a bad part gives",
