@@ -9,9 +9,11 @@ import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any
 
+from fvkit import validation
 from fvkit.sweeps.member import LOST, Outcome, Work
 
 Batch = list[tuple[int, dict[str, Any]]]
@@ -41,8 +43,7 @@ class Crew:
     def __init__(self, work: Work, executor: Executor | None, workers: int | None, batch: int | None, retries: int) -> None:
         self.work, self.batch, self.retries = work, batch, retries
         self._own = executor is None
-        self.workers = workers or (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1) \
-            if self._own else workers
+        self.workers = workers or validation.cores() if self._own else workers
         self._executor = executor
         self._seconds, self._finished, self._pools = 0.0, 0, 0
         if self._own and self.workers != 1:
@@ -112,12 +113,14 @@ class Crew:
         try:
             if self._executor is None:
                 self._executor = self._processes()
-            return self._executor.submit(self.work, batch)
+            with ctrl_c_held():
+                return self._executor.submit(self.work, batch)
         except BrokenExecutor as error:
             if self._own and self._executor is not None:
                 self._executor.shutdown(wait=False)
                 self._executor = self._processes()
-                return self._executor.submit(self.work, batch)
+                with ctrl_c_held():
+                    return self._executor.submit(self.work, batch)
             failed: Future = Future()
             failed.set_exception(error)
             return failed
@@ -142,6 +145,19 @@ def begin_worker() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, name="fvkit-parent", daemon=True).start()
+
+
+@contextmanager
+def ctrl_c_held() -> Iterator[None]:
+    """Hold Ctrl-C back: processes that start meanwhile inherit that, so that none dies of it with a traceback in its imports."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def end_processes(executor: Executor, at_once: bool) -> None:
