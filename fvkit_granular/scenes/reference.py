@@ -42,7 +42,7 @@ class Reference(ABC):
         """Return the reference as cell averages of the conserved quantities of ``model``."""
 
     def path_sensitivity(self) -> dict[str, Any] | None:
-        """Return what `fvkit_granular.exact.two_phase.path_sensitivity` finds, None for flows without internal shocks."""
+        """Return what `fvkit_granular.exact.path_sensitivity` finds, None for flows without internal shocks."""
         return None
 
 
