@@ -34,7 +34,7 @@ from fvkit_granular.exact.sliding import Accelerated, accelerated, block_stop, s
 from fvkit_granular.exact.states import NoFourWaveSolution, TwoPhaseState, Wave
 from fvkit_granular.exact.thacker import ThackerBasin, thacker_basin
 from fvkit_granular.exact.two_phase.fans import RarefactionFans, rarefaction_fans
-from fvkit_granular.exact.path_sensitivity import path_sensitivity
+from fvkit_granular.exact.two_phase.path_sensitivity import path_sensitivity
 from fvkit_granular.exact.two_phase.paths import PATHS
 from fvkit_granular.exact.two_phase.riemann import TwoPhaseRiemann, TwoPhaseWave, two_phase_riemann
 
