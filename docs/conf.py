@@ -41,7 +41,8 @@ default_role = "py:obj"
 # A name in a docstring that has no page is a mistake, but for these.
 nitpicky = True
 nitpick_ignore_regex = [
-    ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.pointwise\.part\.Part|fvkit\.problem\.boundary\.(Given|Continued)|fvkit\.testing\.common\.\w+"),
+    ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.pointwise\.part\.Part|fvkit\.testing\.common\.\w+"),
+    ("py:class", r"fvkit\.problem\.boundary\.(Given|Continued)"),
     ("py:class", r"fvkit_granular\.models\.shallow_flow\.ShallowFlow"),
     # Modules without a page: named for those who read the code.
     ("py:obj", r"fvkit\.(backends|output|pointwise|problem|run|schemes|studies|sweeps|validation|files)\b.*"),
@@ -49,7 +50,8 @@ nitpick_ignore_regex = [
     ("py:obj", r"concurrent\.futures\..*"),
     # Names as seen from within their class or module, or as the examples abbreviate them.
     ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|Status\.\w+|Part\.defines"),
-    ("py:obj", r"acted|values|NET|NEW|MASS_FLUX|SPEED|Axis|Parts|Snapshots|Scene|cross|Continued|Indicators|fv\.sweep|gr\.steady|debris-slope"),
+    ("py:obj", r"acted|values|NET|NEW|MASS_FLUX|SPEED|Axis|Parts|Snapshots|Scene"),
+    ("py:obj", r"cross|Continued|Indicators|fv\.sweep|gr\.steady|debris-slope"),
 ]
 # Options of commands begin with two hyphens.
 smartquotes = False
