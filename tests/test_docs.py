@@ -36,8 +36,9 @@ def test_the_table_of_questions_is_that_of_the_code():
     assert "\n".join(rows) in (TOP / "docs" / "extending.md").read_text(encoding="utf-8")
 
 
-#: `fvkit.where`, `fvkit.maximum` and `fvkit.minimum` are NumPy's: the page names them in a sentence.
-@pytest.mark.parametrize(("module", "besides"), [(fvkit, {"where", "maximum", "minimum"}), (fvkit_granular, set()), (fvkit.testing, set())],
+#: `fvkit.where`, `fvkit.maximum` and `fvkit.minimum` are NumPy's: the page names them in a sentence. `gr.scenes` and `gr.shapes` stand
+#: there as the modules that they are, scenes.library.riemann and scenes.shapes.
+@pytest.mark.parametrize(("module", "besides"), [(fvkit, {"where", "maximum", "minimum"}), (fvkit_granular, {"scenes", "shapes"}), (fvkit.testing, set())],
                          ids=lambda value: getattr(value, "__name__", ""))
 def test_the_reference_lists_every_public_name_once(module, besides):
     text = (TOP / "docs" / "reference" / f"{module.__name__}.md").read_text(encoding="utf-8")
