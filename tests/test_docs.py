@@ -44,7 +44,7 @@ def test_the_reference_lists_every_public_name_once(module, besides):
     text = (TOP / "docs" / "reference" / f"{module.__name__}.md").read_text(encoding="utf-8")
     listed = re.findall(r"^   (\w+)$", text, re.MULTILINE)
     assert sorted(listed) == sorted(set(module.__all__) - besides)
-    assert all(f"`fvkit.{word}`" in text for word in besides)
+    assert all(f"`{module.__name__}.{word}`" in text for word in besides)
 
 
 @pytest.mark.parametrize("script", sorted((TOP / "examples").glob("*.py")), ids=lambda script: script.stem)
