@@ -243,7 +243,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def check(count: int, floats: int, name: str) -> None:
+def fits_memory(count: int, floats: int, name: str) -> None:
     """Raise ValueError where ``count`` items of so many floats, which the argument ``name`` asks for, exceed the memory."""
     needed, there = 8.0 * floats * count, physical()
     if needed > there:

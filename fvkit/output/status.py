@@ -39,13 +39,13 @@ class Stats:
     cell_updates : cells x (accepted + rejected steps).
     seconds, compile_seconds : wall time of the stepping and of compilation, s.
     max_cfl : largest Courant number of an accepted step.
-    backend : the one that ran.
-    nonhyperbolic_faces : (face, step) pairs whose Roe mean has complex speeds.
-    nonhyperbolic_films : those of them on both sides of which the flow is shallower than 5 cm.
-    deepest_nonhyperbolic : depth of the deepest of them, m, to a micrometre; 0 for models that name no depth.
-    mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to all mass where that
-        component starts at zero.
-    entered_by_sources : {mass: what sources such as rain brought, less what they took}, integrated over the grid.
+    backend : name of the backend.
+    nonhyperbolic_faces : number of (face, step) pairs whose Roe mean has complex speeds.
+    nonhyperbolic_films : number of those pairs where the flow is shallower than 5 cm on both sides.
+    deepest_nonhyperbolic : largest depth at those pairs, m, to a micrometre; 0 for models without a depth.
+    mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to the total mass of all
+        components where this component is initially zero.
+    entered_by_sources : {mass: net mass added by sources such as rain}, integrated over the grid.
     """
 
     steps: int

@@ -67,7 +67,7 @@ def _trace(part: Part, method: str, arguments: tuple[Any, ...]) -> Any:
         copy: Any = with_symbols(value, symbol)
         seen = {*value.parameter_names(), *dict(value.varying())}
         for field in type(copy).__attrs_attrs__:
-            if field.init and field.name not in seen:  # `Problem.again` may change it, and makes no new code
+            if field.init and field.name not in seen:  # pointwise code sees numbers alone: new values make no new code
                 object.__delattr__(copy, field.name)
         return copy
 

@@ -112,7 +112,7 @@ class Problem:
             raise ValueError(f"`t_end` must be > `t_start`, got {self.t_end!r} and {self.t_start!r}")
         if not self.model.conserved:
             raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
-        validation.check(self.grid.num_cells, FLOATS * (len(self.model.conserved) + len(self.model.aux)), "num_cells")
+        validation.fits_memory(self.grid.num_cells, FLOATS * (len(self.model.conserved) + len(self.model.aux)), "num_cells")
         object.__setattr__(self, "aux_averages", self._average_aux())
         object.__setattr__(self, "q0", self._average(self.initial, "initial"))
         object.__setattr__(self, "background_averages",

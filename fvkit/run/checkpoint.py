@@ -14,6 +14,7 @@ from fvkit import validation
 from fvkit.output.configuration import describe, effective, fields_of
 from fvkit.output.npz import CHECKPOINT, Archive, write_archive
 from fvkit.output.status import Status
+from fvkit.run.control import Control
 from fvkit.run.observers import Observer
 from fvkit.run.recording import Snapshots
 from fvkit.run.step_length import intervals
@@ -61,7 +62,7 @@ class Saver:
     """Writer of the checkpoints of one run."""
 
     def __init__(self, checkpoint: Checkpoint, stepper: Stepper, frames: Snapshots, targets: list[float],
-                 control: Any) -> None:
+                 control: Control) -> None:
         self.checkpoint, self._limits, self._until = checkpoint, control.limits, control.until
         self._observers = [observer for observer in control.observers if isinstance(observer, Observer)]
         self._stepper, self._frames, self._targets = stepper, frames, targets

@@ -15,9 +15,10 @@ from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, go_on_watching
+from fvkit.run.control import Control
 from fvkit.run.limits import Limits
 from fvkit.run.recording import InMemory
-from fvkit.run.solve import Control, run_to_end
+from fvkit.run.solve import run_to_end
 from fvkit.run.step_length import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop

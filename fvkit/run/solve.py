@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-import attrs
 import numpy as np
 
 from fvkit import validation
@@ -12,6 +11,7 @@ from fvkit.output.solution import Solution
 from fvkit.output.status import Status
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, Saver
+from fvkit.run.control import Control
 from fvkit.run.failures import Fate
 from fvkit.run.limits import Limits
 from fvkit.run.progress import checked, reporter
@@ -73,37 +73,6 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     targets = _targets(problem, times)
     frames = InMemory(len(targets) + 1, problem.q0) if record is None else record.opened(problem, stepper.scheme)
     return run_to_end(stepper, targets, frames, Control(observers, limits, until), checkpoint, progress, throw)
-
-
-def _callbacks(observers: Any) -> tuple[Callable[[Stepper], None], ...]:
-    given = tuple(observers) if isinstance(observers, Iterable) and not isinstance(observers, str) else (observers,)
-    return tuple(validation.function(observer, "observers", "of the stepper, or a list of them") for observer in given)
-
-
-@attrs.frozen
-class Control:
-    """Observers, limits and stop rule of a run; fields as for `solve`."""
-
-    observers: Any = attrs.field(default=(), converter=_callbacks)
-    limits: Limits = attrs.field(default=None, converter=lambda value: Limits() if value is None else validation.instance(
-        value, "limits", Limits, "such as fv.Limits(steps=1000)"))
-    until: Stop | None = attrs.field(default=None, converter=lambda value: None if value is None else validation.instance(
-        value, "until", Stop, "such as fv.StopAtRest(speed=0.01)"))
-
-    def limit(self, stepper: Stepper) -> int:
-        """Return the number of steps to take before the next return to Python; raise `SolveError` at a limit of the run."""
-        if self.limits.used_up(stepper.steps, stepper.seconds):
-            stepper.fail(Status.MAX_STEPS if stepper.steps >= self.limits.steps else Status.OVER_BUDGET)
-        if self.observers:
-            return 1
-        most = min(stepper.batch, self.limits.steps - stepper.steps)
-        return most if self.until is None else min(most, self.until.every - stepper.steps % self.until.every)
-
-    def ends(self, stepper: Stepper) -> bool:
-        """Whether the stop rule ``until`` ends the run at the current step."""
-        until = self.until
-        return until is not None and stepper.steps > 0 and stepper.steps % until.every == 0 \
-            and until.reached(stepper.problem, stepper.t, stepper.q)
 
 
 def run_to_end(stepper: Stepper, targets: list[float], frames: Snapshots, control: Control, checkpoint: Checkpoint | None,

@@ -54,7 +54,7 @@ class Parts(NamedTuple):
 
 
 class Read(NamedTuple):
-    """A field that a stage reads: at one offset from its own place, or as a tuple at the offsets first..last."""
+    """Field read by a stage: a value at the offset ``first`` from its own cell or face, or a tuple at the offsets first..last."""
 
     field: str
     first: int = 0
@@ -85,18 +85,19 @@ NET, NEW, SPEED, MASS_FLUX = "net", "new", "fastest", "mass_flux"
 class Stage:
     """Pointwise stage of a time step.
 
-    ``compute(parts, ratio, **inputs)`` gets dt/dx and its inputs by the names of ``reads``; it returns {field: value} for the
-    fields in ``writes``. Cells and faces share one numbering: face j is the left face of cell j, between cells j - 1 and j. The
-    fields ``q`` and ``aux`` are given; the stages of a scheme write `NET` or, where sources act with the transport, `NEW`.
+    ``compute(parts, ratio, **inputs)`` receives dt/dx and its inputs by the names of ``reads``; it returns {field: value} for
+    the fields in ``writes``. Cells and faces share one numbering: face j is the left face of cell j,
+    between cells j - 1 and j. The fields ``q`` and ``aux`` are given. One stage writes `NET`, the sum of
+    all fluctuations that enter a cell. If sources act with the transport, the last stage writes `NEW`, the state after both.
 
     Parameters
     ----------
     compute : pointwise function.
-    reads : {name of an input: the field that it is}; a backend sums the halo from the offsets.
-    writes : the fields it writes. A guarded stage writes fields that exist already.
-    guard : pointwise condition on the same inputs. Where no cell of a tile asks, the stage is not run there.
-    light : whether a backend may compute the stage again where it is read instead of keeping what it writes.
-    sparse : whether a guarded stage is run at the very places that ask, few of them, and leaves all others as they are.
+    reads : {name of an input: field and offsets}; the offsets determine the width of the halo.
+    writes : fields that the stage writes. A guarded stage overwrites existing fields.
+    guard : pointwise condition with the arguments of ``compute``; the stage is skipped in blocks where it is false everywhere.
+    light : True lets a backend recompute the stage where its fields are read instead of storing them.
+    sparse : True runs a guarded stage only at the few cells or faces where the guard is true, and leaves others unchanged.
     """
 
     compute: Callable[..., dict[str, Any]]
@@ -116,14 +117,14 @@ class Stage:
 class Scheme(ABC):
     """Abstract explicit one-step scheme. Contract:
 
-    1. ``parts(model, sources)`` collects the parts and refuses, naming both, what cannot work together.
-    2. ``stages(parts)`` lists the stages of one transport step, only those that these parts need:
-       q_new = q - dt/dx net, and the largest speed at each face. Where the model has masses, `MASS_FLUX` holds their fluxes,
-       which a closed wall sets to 0 before the last stages read them.
-    3. ``cfl`` is the Courant number that the time step aims at; a step above ``cfl_max`` is rejected and redone.
-    4. ``splitting`` says when sources act.
-    5. ``time_integrator``, where not None, makes a step of several sweeps of the stages, whose ``net`` is then minus dx
-       times the rate; ``source_stages(parts)`` are those of sources that it takes implicitly.
+    1. ``parts(model, sources)`` returns the `Parts` of a run, and raises for an incompatible pair.
+    2. ``stages(parts)`` returns the stages of one transport step that these parts need:
+       q_new = q - dt/dx net. The field `SPEED` is the largest speed at a face. For a model with masses the field
+       `MASS_FLUX` contains the mass fluxes, which a wall sets to 0 before the last stages read them.
+    3. ``cfl`` is the target Courant number; a step above ``cfl_max`` is rejected and repeated.
+    4. ``splitting`` is the splitting of transport and sources.
+    5. ``time_integrator``, if not None, evaluates the stages several times per step; ``net`` is then minus dx times the rate
+       dq/dt. ``source_stages(parts)`` are the stages of implicit sources.
 
     Attributes
     ----------

@@ -68,7 +68,7 @@ class Samples:
 
         names = _names(ranges, "ranges")
         count = validation.whole(members, "members", at_least=1)
-        validation.check(count, 4 * len(names), "members")
+        validation.fits_memory(count, 4 * len(names), "members")
         sampler = qmc.LatinHypercube(len(names), rng=np.random.default_rng(validation.whole(seed, "seed", at_least=0)))
         shares = sampler.random(count).T
         return cls({name: _spread(name, ranges[name], share) for name, share in zip(names, shares, strict=True)})

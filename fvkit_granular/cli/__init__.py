@@ -1,1 +1,1 @@
-""" """
+"""Commands of `fvkit` on granular scenes, a file for each."""

@@ -27,7 +27,7 @@ CHECKED, FINER, REPEATS = 200, 8, 4
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     parser = add_command(commands, "advise", _advise,
-                         "say which model, scheme and number of cells a scene needs, without a run",
+                         "estimate which model, scheme and resolution a scene needs, without running it",
                          "fvkit advise dam-break-phi --tol 1e-3 --check")
     parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     parser.add_argument("--tol", type=float, default=1e-3,

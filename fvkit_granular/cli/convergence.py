@@ -1,7 +1,6 @@
 """``fvkit convergence``: the order that a scheme shows on one scene."""
 
 import argparse
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,6 @@ from fvkit.studies.convergence import NORMS
 from fvkit_granular.cli.options import add_scheme_options, pick, scheme_of, teller
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
-
-Teller = Callable[[], Callable[[str], None] | None]
 
 
 def register(commands: Any) -> None:

@@ -1,1 +1,1 @@
-""" """
+"""Scenes: physics without numerics, their references, files and the built-in ones."""
