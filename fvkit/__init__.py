@@ -13,9 +13,8 @@ from importlib import import_module
 from typing import Any
 
 from fvkit.output.citation import VERSION
-from fvkit.output.load import load
-from fvkit.output.save import save
 from fvkit.output.solution import Solution
+from fvkit.output.solution_files import load, save
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import maximum, minimum, where
 from fvkit.pointwise.contract import PointwiseError
@@ -26,7 +25,7 @@ from fvkit.problem.problem import Problem
 from fvkit.problem.sources import Forcing, Source
 from fvkit.problem.teaching_models import Acoustics, Advection, Burgers
 from fvkit.run.checkpoint import Checkpoint
-from fvkit.run.limits import Limits
+from fvkit.run.control import Limits
 from fvkit.run.observers import Extremes, Gauge, Observer
 from fvkit.run.recording import Stream
 from fvkit.run.resume import resume

@@ -184,5 +184,3 @@ def _number(cell: str, where: str) -> float:
     if not np.isfinite(value):
         raise ValueError(f"{where}: a finite number is needed, got {validation.shown(cell.strip())}")
     return value
-
-

@@ -2,19 +2,15 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from fvkit import RiemannSolver, Scheme, Solution, WavePropagation, convergence, solve
 from fvkit.output.figures import COLORS, new_axes, slope_guides, style
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.library.catalogue import scene
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 
 #: Scenes of `accuracy`: one with all kinds of waves and a smooth one, both with an exact or semi-exact reference.
 JUMPS, SMOOTH = "dam-break-phi", "simple-wave"
@@ -23,7 +19,7 @@ JUMPS, SMOOTH = "dam-break-phi", "simple-wave"
 THIN = 1e-4
 
 
-def slip(solution: Solution, ax: "Axes | None" = None, i: int = -1) -> "Axes":
+def slip(solution: Solution, ax: Axes | None = None, i: int = -1) -> Axes:
     """Plot the slip vf - vs at output ``i``, m/s, where both phases are deeper than 1/10000 of the largest depth.
 
     Parameters
@@ -50,7 +46,7 @@ def slip(solution: Solution, ax: "Axes | None" = None, i: int = -1) -> "Axes":
     return target
 
 
-def accuracy(scheme: Scheme | RiemannSolver, cells: Sequence[int] = (50, 100, 200, 400), *, backend: str = "auto") -> "Figure":
+def accuracy(scheme: Scheme | RiemannSolver, cells: Sequence[int] = (50, 100, 200, 400), *, backend: str = "auto") -> Figure:
     """Return a figure of the accuracy of a scheme for the two-phase model: a dam break with a jump of phi, and errors over cells.
 
     Left: solid depth on the coarsest and the finest grid, with the semi-exact solution. Right: L1 errors summed over the four

@@ -2,14 +2,11 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 #: Okabe-Ito colour-blind-safe palette, darkest first.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -25,7 +22,7 @@ class Picture(Figure):
         return buffer.getvalue()
 
 
-def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list["Axes"]]:
+def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list[Axes]]:
     """Return a `Picture` and the list of its rows x columns axes."""
     figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
     return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
@@ -37,7 +34,7 @@ def style(index: int) -> dict[str, Any]:
             "linestyle": ("-", "--", ":", "-.")[index // len(COLORS) % 4]}
 
 
-def plot_series(ax: "Axes", series: Mapping[str, Sequence[Mapping[str, float]]], x: str, y: str, note: str | None = None) -> None:
+def plot_series(ax: Axes, series: Mapping[str, Sequence[Mapping[str, float]]], x: str, y: str, note: str | None = None) -> None:
     """Draw one log-log line per series: column ``y`` over column ``x``, markers annotated with column ``note``."""
     for k, (label, rows) in enumerate(series.items()):
         points = [(row[x], row[y], row.get(note) if note else None) for row in rows if row[x] > 0.0 and row[y] > 0.0]
@@ -52,7 +49,7 @@ def plot_series(ax: "Axes", series: Mapping[str, Sequence[Mapping[str, float]]],
     ax.grid(which="minor", alpha=0.12)
 
 
-def slope_guides(ax: "Axes", cells: Sequence[float], start: float, orders: Iterable[int] = (1, 2)) -> None:
+def slope_guides(ax: Axes, cells: Sequence[float], start: float, orders: Iterable[int] = (1, 2)) -> None:
     """Draw dashed reference slopes of the given orders of accuracy, from the error ``start`` on the coarsest grid."""
     if len(cells) < 2 or not start > 0.0:
         return

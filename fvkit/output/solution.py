@@ -77,7 +77,7 @@ class Solution:
         ImportError
             For ``.nc`` without the extra.
         """
-        from fvkit.output.save import save
+        from fvkit.output.solution_files import save
 
         return save(self, path)
 
@@ -125,5 +125,3 @@ class Solution:
                 "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}
         return "<table>" + "".join(f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>"
                                    for name, value in rows.items()) + "</table>"
-
-

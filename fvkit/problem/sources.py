@@ -175,5 +175,3 @@ def mass_rates(model, q, gain, loss, drained):
         mass = q[rows[-1]]
         result[momentum] = minimum(result[rows[-1]], 0.0) * (q[momentum] / where(mass > 0.0, mass, 1.0))
     return tuple(result)
-
-

@@ -15,8 +15,7 @@ from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, go_on_watching
-from fvkit.run.control import Control
-from fvkit.run.limits import Limits
+from fvkit.run.control import Control, Limits
 from fvkit.run.recording import InMemory
 from fvkit.run.solve import run_to_end
 from fvkit.run.step_length import Step

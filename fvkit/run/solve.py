@@ -11,9 +11,8 @@ from fvkit.output.solution import Solution
 from fvkit.output.status import Status
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, Saver
-from fvkit.run.control import Control
+from fvkit.run.control import Control, Limits
 from fvkit.run.failures import Fate
-from fvkit.run.limits import Limits
 from fvkit.run.progress import checked, reporter
 from fvkit.run.recording import InMemory, Snapshots, Stream
 from fvkit.run.step_length import Step
@@ -163,5 +162,3 @@ def _targets(problem: Problem, times: Iterable[float] | None) -> list[float]:
     if targets[0] < problem.t_start or targets[-1] > problem.t_end or (np.diff(targets) <= 0.0).any():
         raise ValueError(f"`times` must ascend within [{problem.t_start:g}, {problem.t_end:g}], got {targets.tolist()}")
     return [float(target) for target in targets if target > problem.t_start]
-
-

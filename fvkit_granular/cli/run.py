@@ -183,5 +183,3 @@ def _draw(solution: Solution, kind: str, path: Path) -> None:
 def _method(named: Mapping[str, Any]) -> list[str]:
     """A few words on the method of a run."""
     return [named["limiter"], named["integrator"]] if named["integrator"] else [f"order {named['order']}"]
-
-

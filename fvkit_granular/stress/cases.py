@@ -10,19 +10,7 @@ import numpy as np
 from fvkit.validation import choice
 from fvkit_granular.scenes.library.dry_and_extreme import ABSENT
 from fvkit_granular.scenes.toml.read import SUFFIX
-from fvkit_granular.stress.checks import (
-    Judge,
-    at_rest,
-    close_to_reference,
-    energy_not_above_start,
-    exactly_still,
-    level_kept,
-    no_faster_than,
-    slip_below,
-    solid_still,
-    steps_within,
-    stopped,
-)
+from fvkit_granular.stress import checks
 
 #: Models with a slip between phases.
 SLIPPING = ("two-phase", "pitman-le")
@@ -46,14 +34,14 @@ class Case:
     steps : bound of steps over nominal steps; None where the first step tells nothing, as where a flow comes in on dry ground.
     """
 
-    judges: tuple[Judge, ...] = ()
+    judges: tuple[checks.Judge, ...] = ()
     models: tuple[str, ...] = EVERY
     cells: int = 100
     steps: float | None = 4.0
 
-    def every_judge(self) -> tuple[Judge, ...]:
+    def every_judge(self) -> tuple[checks.Judge, ...]:
         """The judges, steps included."""
-        return self.judges if self.steps is None else (*self.judges, steps_within(self.steps))
+        return self.judges if self.steps is None else (*self.judges, checks.steps_within(self.steps))
 
 
 def _fastest(depth: float) -> float:
@@ -62,26 +50,26 @@ def _fastest(depth: float) -> float:
 
 
 CASES: dict[str, Case] = {
-    "rest": Case((at_rest, level_kept), SINGLE),
-    "island": Case((at_rest, level_kept), SINGLE),
-    "island-step": Case((at_rest, level_kept), SINGLE),
-    "two-layer-rest": Case((at_rest, level_kept), ("two-layer",)),
-    "dry-dam-break": Case((close_to_reference(0.033, 0.017), no_faster_than(_fastest(1.0))), SINGLE),
-    "tiny-depth": Case((close_to_reference(0.033, 0.017), no_faster_than(_fastest(1.0))), SINGLE),
-    "double-rarefaction": Case((close_to_reference(0.075, 0.036), no_faster_than(8.0 + 1e-9)), SINGLE),
-    "thacker": Case((close_to_reference(0.18, 0.03),), SINGLE, steps=8.0),
-    "transonic": Case((close_to_reference(0.0625, 0.025),), SINGLE),
-    "expansion-shock": Case((close_to_reference(0.03, 0.01),), SINGLE),
-    "froude-50": Case((close_to_reference(0.2, 0.08),), SINGLE),
+    "rest": Case((checks.at_rest, checks.level_kept), SINGLE),
+    "island": Case((checks.at_rest, checks.level_kept), SINGLE),
+    "island-step": Case((checks.at_rest, checks.level_kept), SINGLE),
+    "two-layer-rest": Case((checks.at_rest, checks.level_kept), ("two-layer",)),
+    "dry-dam-break": Case((checks.close_to_reference(0.033, 0.017), checks.no_faster_than(_fastest(1.0))), SINGLE),
+    "tiny-depth": Case((checks.close_to_reference(0.033, 0.017), checks.no_faster_than(_fastest(1.0))), SINGLE),
+    "double-rarefaction": Case((checks.close_to_reference(0.075, 0.036), checks.no_faster_than(8.0 + 1e-9)), SINGLE),
+    "thacker": Case((checks.close_to_reference(0.18, 0.03),), SINGLE, steps=8.0),
+    "transonic": Case((checks.close_to_reference(0.0625, 0.025),), SINGLE),
+    "expansion-shock": Case((checks.close_to_reference(0.03, 0.01),), SINGLE),
+    "froude-50": Case((checks.close_to_reference(0.2, 0.08),), SINGLE),
     # The slip that the transport drives against D K, up to 2e-8 m/s; sources beside the transport would leave none.
-    "stiff-drag": Case((close_to_reference(0.03, 0.012), slip_below(1e-7)), (*SLIPPING, "reduced")),
-    "lost-hyperbolicity": Case((energy_not_above_start,), SLIPPING, steps=8.0),
-    "pile": Case((exactly_still,), SINGLE),
-    "toe": Case((exactly_still,), SINGLE),
-    "submerged-pile": Case((solid_still,), ("two-phase", "reduced")),
-    "block-stop": Case((stopped,), SINGLE),
-    "column-collapse": Case((stopped,), SINGLE),
-    "sliding-dam-break": Case((close_to_reference(0.06, 0.036),), ("two-phase", "reduced")),
+    "stiff-drag": Case((checks.close_to_reference(0.03, 0.012), checks.slip_below(1e-7)), (*SLIPPING, "reduced")),
+    "lost-hyperbolicity": Case((checks.energy_not_above_start,), SLIPPING, steps=8.0),
+    "pile": Case((checks.exactly_still,), SINGLE),
+    "toe": Case((checks.exactly_still,), SINGLE),
+    "submerged-pile": Case((checks.solid_still,), ("two-phase", "reduced")),
+    "block-stop": Case((checks.stopped,), SINGLE),
+    "column-collapse": Case((checks.stopped,), SINGLE),
+    "sliding-dam-break": Case((checks.close_to_reference(0.06, 0.036),), ("two-phase", "reduced")),
     "debris-slope": Case((), SINGLE, steps=8.0),
     "pitman-le": Case((), SLIPPING),
     "internal-jump": Case((), ("two-layer",)),

@@ -2,18 +2,16 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
 
 from fvkit.files import write_whole
 from fvkit.output.figures import new_axes
 from fvkit.studies.tables import plain, table
 from fvkit_granular.stress.known_limits import LIMITS
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 #: Verdicts from best to worst, with their colours.
 VERDICTS = {"pass": "#4c9f70", "expected": "#e3b23c", "BETTER": "#3d7ea6", "FAIL": "#c1444b"}
@@ -64,10 +62,8 @@ class StressReport:
                   for row in self.rows]
         return table(lines)
 
-    def plot(self) -> "Figure":
+    def plot(self) -> Figure:
         """Return the picture: scenes against models and solvers, coloured by the worst verdict."""
-        from matplotlib.patches import Patch
-
         scenes = list(dict.fromkeys(row["scene"] for row in self.rows))
         columns = sorted({(row["model"], row["riemann"]) for row in self.rows})
         figure, axes = new_axes(width=2.5 + 0.34 * len(columns), height=1.8 + 0.27 * len(scenes))
@@ -117,6 +113,4 @@ def _failures(row: dict[str, Any]) -> str:
 
 
 def _box(x: int, y: int, colour: str) -> Any:
-    from matplotlib.patches import Rectangle
-
     return Rectangle((x - 0.46, y - 0.46), 0.92, 0.92, color=colour)

@@ -12,21 +12,8 @@ import attrs
 import numpy as np
 from matplotlib.figure import Figure
 
-from fvkit import (
-    HLL,
-    Grid,
-    MethodOfLines,
-    Model,
-    Periodic,
-    Problem,
-    RiemannSolver,
-    Roe,
-    Rusanov,
-    Scheme,
-    Stepper,
-    WavePropagation,
-    validation,
-)
+import fvkit as fv
+from fvkit import Model, RiemannSolver, Scheme, validation
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit.files import write_whole
 from fvkit.output.figures import new_axes, style
@@ -63,13 +50,13 @@ class Case(NamedTuple):
         return f"{self.model} {self.riemann}, order {self.order}, {self.backend}"
 
 
-def flow(model: Any, cells: int) -> Problem:
+def flow(model: Any, cells: int) -> fv.Problem:
     """Smooth periodic waves over a smooth bottom, with slip where the model has it: no cell is constant."""
     def initial(x: np.ndarray) -> np.ndarray:
         h = 1.0 + 0.4 * np.exp(-100.0 * (x - 0.4) ** 2) - bottom(x)
         return model.conserved_from(h, 0.5 + 0.2 * np.sin(2.0 * np.pi * x), 0.1, -0.1)
 
-    return Problem(model, Grid(0.0, 1.0, cells), initial, 1e9, aux={"b": bottom}, boundary=Periodic())
+    return fv.Problem(model, fv.Grid(0.0, 1.0, cells), initial, 1e9, aux={"b": bottom}, boundary=fv.Periodic())
 
 
 def bottom(x: np.ndarray) -> np.ndarray:
@@ -79,9 +66,9 @@ def bottom(x: np.ndarray) -> np.ndarray:
 
 def stepping(model: Model, riemann: RiemannSolver, order: int, backend: str, cells: int) -> Run:
     """Return a function that takes k steps and returns the seconds per step, of order 5 per stage, stepping alone."""
-    scheme: Scheme = MethodOfLines(riemann) if order == 5 else WavePropagation(riemann, order=order)
+    scheme: Scheme = fv.MethodOfLines(riemann) if order == 5 else fv.WavePropagation(riemann, order=order)
     stages = 1 if scheme.time_integrator is None else len(scheme.time_integrator.beta)
-    stepper = Stepper(flow(model, cells), scheme, backend=backend, nonhyperbolic="ignore")
+    stepper = fv.Stepper(flow(model, cells), scheme, backend=backend, nonhyperbolic="ignore")
 
     def run(steps: int) -> float:
         before = stepper.stats().seconds
@@ -227,7 +214,7 @@ def _cases(count: int, orders: Sequence[int], backends: Sequence[str], repeats: 
     """Measure everything with a number of cells."""
     runs: dict[Case, Run] = {}
     for model in (TwoPhase(), Reduced(), ShallowWater()):
-        for riemann in (Relaxation(), Roe(), HLL(), Rusanov()):
+        for riemann in (Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov()):
             for order in orders:
                 for backend in backends:
                     case = Case(public_name(model), public_name(riemann), order, backend)

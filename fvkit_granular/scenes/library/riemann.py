@@ -115,5 +115,3 @@ def perturbed_rest(eps: float = 0.01) -> Scene:
 
 def _one_velocity(observed: Mapping[str, Any], phi: float) -> dict[str, Any]:
     return {"h": observed["h"], "phi": phi, "vs": observed["v"], "vf": observed["v"]}
-
-
