@@ -2,7 +2,7 @@
 
 import copyreg
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from numbers import Real
 from os import PathLike, fspath
@@ -198,32 +198,36 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
                      + (f", did you mean {nearest[0]}?" if nearest else ""))
 
 
-def number(default: Any = attrs.NOTHING, *, hint: str = "", **bounds: float) -> Any:
+def field(check: Callable[..., Any], default: Any = attrs.NOTHING, *, optional: bool = False, kw_only: bool = False,
+          repr: bool = True, **rules: Any) -> Any:
+    """Declare a field that is ``check(value, its name, **rules)``; where it is ``optional``, None stays."""
+    return attrs.field(default=default, kw_only=kw_only, repr=repr, converter=attrs.Converter(
+        lambda value, field: None if optional and value is None else check(value, field.name, **rules), takes_field=True))
+
+
+def number(default: Any = attrs.NOTHING, *, hint: str = "", **bounds: Any) -> Any:
     """Declare a float field, validated against the bounds of `real`."""
-    return attrs.field(default=default, converter=attrs.Converter(
-        lambda value, field: real(value, field.name, hint=hint, **bounds), takes_field=True))
+    return field(real, default, hint=hint, **bounds)
 
 
 def integer(default: Any = attrs.NOTHING, *, at_least: int, hint: str = "", kw_only: bool = False) -> Any:
     """Declare an int field, validated against the bounds of `whole`."""
-    return attrs.field(default=default, kw_only=kw_only, converter=attrs.Converter(
-        lambda value, field: whole(value, field.name, at_least=at_least, hint=hint), takes_field=True))
+    return field(whole, default, kw_only=kw_only, at_least=at_least, hint=hint)
 
 
 def switch(default: bool) -> Any:
     """Declare a field that is True or False."""
-    return attrs.field(default=default, converter=attrs.Converter(lambda value, field: flag(value, field.name), takes_field=True))
+    return field(flag, default)
 
 
 def words(default: str) -> Any:
     """Declare a field that is a text."""
-    return attrs.field(default=default, converter=attrs.Converter(lambda value, field: text(value, field.name), takes_field=True))
+    return field(text, default)
 
 
-def optional_number(*, hint: str = "", **bounds: float) -> Any:
+def optional_number(*, hint: str = "", **bounds: Any) -> Any:
     """Declare a float field that may be None, its default."""
-    return attrs.field(default=None, converter=attrs.Converter(
-        lambda value, field: None if value is None else real(value, field.name, hint=hint, **bounds), takes_field=True))
+    return field(real, None, optional=True, hint=hint, **bounds)
 
 
 def _after(hint: str) -> str:

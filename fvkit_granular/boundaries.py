@@ -15,18 +15,6 @@ from fvkit_granular.models.beyond_the_end import falling_share, mean_speed
 from fvkit_granular.models.quantities import critical_depth
 
 
-def _table(value: Any, field: Any) -> tuple[float, ...]:
-    return validation.row(value, field.name)
-
-
-def _depth(value: Any) -> tuple[float, ...] | None:
-    return None if value is None else validation.row(value, "depth")
-
-
-def _column(**settings: Any) -> Any:
-    return attrs.field(converter=attrs.Converter(_table, takes_field=True), **settings)
-
-
 def check_tables(end: BoundaryCondition, times: tuple[float, ...], **tables: tuple[float, ...]) -> None:
     """Raise ValueError unless times ascend and each table has one entry per time or a single entry."""
     kind = type(end).__name__
@@ -83,10 +71,10 @@ class Hydrograph(Continued):
     For supercritical inflow without ``depth`` the depth at the end is not controlled.
     """
 
-    times: tuple[float, ...] = _column()
-    discharge: tuple[float, ...] = _column()
-    phi: tuple[float, ...] = _column()
-    depth: tuple[float, ...] | None = attrs.field(default=None, converter=_depth)
+    times: tuple[float, ...] = validation.field(validation.row)
+    discharge: tuple[float, ...] = validation.field(validation.row)
+    phi: tuple[float, ...] = validation.field(validation.row)
+    depth: tuple[float, ...] | None = validation.field(validation.row, None, optional=True)
     inward: float = attrs.field(default=1.0, init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
@@ -180,7 +168,7 @@ class FixedLevel(Continued):
 
     level: Any = attrs.field(converter=_level)
     phi: float = validation.number(0.0, at_least=0.0, at_most=1.0)
-    times: tuple[float, ...] = attrs.field(default=(0.0,), converter=lambda value: validation.row(value, "times"))
+    times: tuple[float, ...] = validation.field(validation.row, (0.0,))
     bottom: float = attrs.field(default=0.0, init=False, repr=False)
     inward: float = attrs.field(default=1.0, init=False, repr=False)
 

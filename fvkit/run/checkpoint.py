@@ -28,10 +28,6 @@ def _path(value: Any) -> Path:
     return path
 
 
-def _seconds(value: Any) -> float | None:
-    return None if value is None else validation.real(value, "seconds", at_least=0.0)
-
-
 @attrs.frozen
 class Checkpoint:
     """Checkpoint settings: file and interval; `fvkit.resume` continues a run from the file.
@@ -48,7 +44,7 @@ class Checkpoint:
     """
 
     path: Path = attrs.field(converter=_path)
-    seconds: float | None = attrs.field(default=60.0, converter=_seconds)
+    seconds: float | None = validation.field(validation.real, 60.0, optional=True, at_least=0.0)
     interval: float | None = validation.optional_number(above=0.0)
 
     def __attrs_post_init__(self) -> None:

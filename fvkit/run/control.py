@@ -49,8 +49,8 @@ class Control:
     observers: Any = attrs.field(default=(), converter=_callbacks)
     limits: Limits = attrs.field(default=None, converter=lambda value: Limits() if value is None else validation.instance(
         value, "limits", Limits, "such as fv.Limits(steps=1000)"))
-    until: Stop | None = attrs.field(default=None, converter=lambda value: None if value is None else validation.instance(
-        value, "until", Stop, "such as fv.StopAtRest(speed=0.01)"))
+    until: Stop | None = validation.field(validation.instance, None, optional=True, kind=Stop,
+                                          hint="such as fv.StopAtRest(speed=0.01)")
 
     def limit(self, stepper: Stepper) -> int:
         """Return the number of steps to take before the next return to Python; raise `SolveError` at a limit of the run."""

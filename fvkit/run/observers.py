@@ -100,10 +100,6 @@ class _Series:
         return {name: self[name] for name in self._values}
 
 
-def _positions(value: Any) -> np.ndarray:
-    return np.array(validation.row(value, "x"))
-
-
 @attrs.define(eq=False)
 class Gauge(Observer):
     """Gauge: time series of all observables at given positions, as averages of the cells that contain them.
@@ -127,7 +123,7 @@ class Gauge(Observer):
         When the run starts, for a position outside the grid.
     """
 
-    x: np.ndarray = attrs.field(converter=_positions)
+    x: np.ndarray = attrs.field(converter=lambda value: np.array(validation.row(value, "x")))
     dt: float | None = validation.optional_number(above=0.0)
     _series: _Series = attrs.field(factory=_Series, init=False, repr=False)
     _cells: Any = attrs.field(default=None, init=False, repr=False)

@@ -16,10 +16,6 @@ from fvkit_granular.models.quantities import conserved
 KINDS = ("exact", "semi-exact", "self-converged")
 
 
-def _kind(value: Any) -> Any:
-    return validation.choice(value, "kind", KINDS)
-
-
 @attrs.frozen(eq=False)
 class Reference(ABC):
     """Abstract reference solution. Contract:
@@ -34,7 +30,7 @@ class Reference(ABC):
     detail : one sentence: which solution, how accurate.
     """
 
-    kind: str = attrs.field(converter=_kind)
+    kind: str = validation.field(validation.choice, known=KINDS)
     detail: str = validation.words("")
 
     @abstractmethod
@@ -44,22 +40,6 @@ class Reference(ABC):
     def path_sensitivity(self) -> dict[str, Any] | None:
         """Return what `fvkit_granular.exact.path_sensitivity` finds, None for flows without internal shocks."""
         return None
-
-
-def _at(value: Any) -> Any:
-    return validation.function(value, "at", "(x, t) -> {h, phi, vs, vf}")
-
-
-def _ground(value: Any) -> Any:
-    return validation.function(value, "bottom", "x -> b")
-
-
-def _sensitivity(value: Any) -> Any:
-    return validation.function(value, "sensitivity", "without arguments")
-
-
-def _solution(value: Any) -> Any:
-    return validation.instance(value, "solution", Solution, "such as fv.solve returns it")
 
 
 @attrs.frozen(eq=False)
@@ -75,11 +55,12 @@ class FunctionReference(Reference):
     sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
     """
 
-    at: Callable[[np.ndarray, float], Mapping[str, Any]] = attrs.field(converter=_at, kw_only=True, repr=False)
-    bottom: Callable[[np.ndarray], Any] | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_ground), kw_only=True, repr=False)
-    sensitivity: Callable[[], dict[str, Any] | None] | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_sensitivity), kw_only=True, repr=False)
+    at: Callable[[np.ndarray, float], Mapping[str, Any]] = validation.field(
+        validation.function, hint="(x, t) -> {h, phi, vs, vf}", kw_only=True, repr=False)
+    bottom: Callable[[np.ndarray], Any] | None = validation.field(
+        validation.function, None, optional=True, hint="x -> b", kw_only=True, repr=False)
+    sensitivity: Callable[[], dict[str, Any] | None] | None = validation.field(
+        validation.function, None, optional=True, hint="without arguments", kw_only=True, repr=False)
 
     def path_sensitivity(self) -> dict[str, Any] | None:
         return None if self.sensitivity is None else self.sensitivity()
@@ -100,7 +81,8 @@ class SelfConverged(Reference):
     solution : a solution whose observables include h, phi, vs, vf.
     """
 
-    solution: Solution = attrs.field(converter=_solution, kw_only=True, repr=False)
+    solution: Solution = validation.field(
+        validation.instance, kind=Solution, hint="such as fv.solve returns it", kw_only=True, repr=False)
 
     def averages(self, model: Any, grid: Grid, t: float) -> np.ndarray:
         fine = self.solution.grid

@@ -20,10 +20,6 @@ def two_states(left: Mapping[str, float], right: Mapping[str, float], at: float 
     return ShapedFlow(**{name: Step(at, left[name], right[name]) if left[name] != right[name] else left[name] for name in left})
 
 
-def _interval(value: Any) -> tuple[float, float]:
-    return validation.interval(value, "interval")
-
-
 def ascending(value: Any) -> tuple[float, ...]:
     """Return output times as a tuple, checked."""
     times = validation.series(value, "times", "[0.5, 1.0]")
@@ -31,10 +27,6 @@ def ascending(value: Any) -> tuple[float, ...]:
         raise ValueError("`times` must be a list of positive times that ascend, or None for the end alone, got "
                          f"{validation.shown(value)}")
     return tuple(times.tolist())
-
-
-def _flow(value: Any) -> Any:
-    return validation.function(value, "initial", "x -> {h, phi, vs, vf}")
 
 
 def _reference(value: Any) -> Any:
@@ -62,9 +54,9 @@ class Scene:
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
     """
 
-    interval: tuple[float, float] = attrs.field(converter=_interval)
-    t_end: float = attrs.field(converter=lambda value: validation.real(value, "t_end", above=0.0))
-    initial: Flow = attrs.field(converter=_flow, repr=False)
+    interval: tuple[float, float] = validation.field(validation.interval)
+    t_end: float = validation.number(above=0.0)
+    initial: Flow = validation.field(validation.function, hint="x -> {h, phi, vs, vf}", repr=False)
     bottom: Any = attrs.field(default=0.0, repr=False)
     boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
     sources: Any = attrs.field(default=(), converter=source_list)

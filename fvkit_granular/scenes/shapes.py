@@ -78,16 +78,12 @@ def _places(value: Any) -> tuple[float, ...]:
     return tuple(places.tolist())
 
 
-def _row(value: Any) -> tuple[float, ...]:
-    return tuple(_numbers(value, "values").tolist())
-
-
 @attrs.frozen
 class Steps(Shape):
     """``values[k]`` between the places ``at[k-1]`` <= x < ``at[k]``, m; one value more than places."""
 
     at: tuple[float, ...] = attrs.field(converter=_places)
-    values: tuple[float, ...] = attrs.field(converter=_row)
+    values: tuple[float, ...] = attrs.field(converter=lambda value: tuple(_numbers(value, "values").tolist()))
 
     def __attrs_post_init__(self) -> None:
         if len(self.values) != len(self.at) + 1:
@@ -201,15 +197,10 @@ SHAPES: dict[str, type[Shape]] = by_name((Step, Steps, Block, Hump, Gaussian, Co
 #: No velocity.
 NONE = Uniform(0.0)
 
-def _declared(default: Any, converter: Any, kw_only: bool = False) -> Any:
-    return attrs.field(default=default, converter=converter, kw_only=kw_only)
 
-
-#: Converters of the fields: a number becomes the uniform shape, and an error names the field.
-_SHAPE: Any = attrs.Converter(lambda value, field: as_shape(value, field.name), takes_field=True)
-_OPTIONAL: Any = attrs.Converter(lambda value, field: None if value is None else as_shape(value, field.name), takes_field=True)
-_GROUND: Any = attrs.Converter(lambda value, field: value if value is None or (callable(value) and not isinstance(value, type))
-                               else validation.real(value, field.name, hint="a number or a function of x"), takes_field=True)
+def _ground(value: Any, name: str) -> Any:
+    is_function = callable(value) and not isinstance(value, type)
+    return value if is_function else validation.real(value, name, hint="a number or a function of x")
 
 
 @attrs.frozen
@@ -225,12 +216,12 @@ class ShapedFlow:
     bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
     """
 
-    h: Any = _declared(None, _OPTIONAL)
-    phi: Any = _declared(None, _OPTIONAL, kw_only=True)
-    vs: Any = _declared(NONE, _SHAPE, kw_only=True)
-    vf: Any = _declared(NONE, _SHAPE, kw_only=True)
-    surface: Any = _declared(None, _OPTIONAL, kw_only=True)
-    bottom: Any = _declared(None, _GROUND, kw_only=True)
+    h: Any = validation.field(as_shape, None, optional=True)
+    phi: Any = validation.field(as_shape, None, optional=True, kw_only=True)
+    vs: Any = validation.field(as_shape, NONE, kw_only=True)
+    vf: Any = validation.field(as_shape, NONE, kw_only=True)
+    surface: Any = validation.field(as_shape, None, optional=True, kw_only=True)
+    bottom: Any = validation.field(_ground, None, optional=True, kw_only=True)
 
     def __attrs_post_init__(self) -> None:
         if (self.h is None) == (self.surface is None):

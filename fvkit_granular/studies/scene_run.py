@@ -33,10 +33,6 @@ def _model(value: Any) -> Any:
     return validation.instance(value, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
 
 
-def _scheme(value: Any) -> Any:
-    return None if value is None else validation.instance(value, "scheme", Scheme, "such as fv.WavePropagation(fv.HLL())")
-
-
 def _factory(given: Any) -> Any:
     if isinstance(given, str):
         find_factory(given)
@@ -78,10 +74,11 @@ class SceneRun:
 
     scene: str | Callable[..., Scene] = attrs.field(converter=_factory)
     model: Model | type[Model] = attrs.field(default=TwoPhase, converter=_model)
-    scheme: Scheme | None = attrs.field(default=None, converter=_scheme)
+    scheme: Scheme | None = validation.field(
+        validation.instance, None, optional=True, kind=Scheme, hint="such as fv.WavePropagation(fv.HLL())")
     cells: int = validation.integer(400, at_least=1)
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
-    backend: str = attrs.field(default="auto", converter=lambda value: validation.choice(value, "backend", BACKENDS))
+    backend: str = validation.field(validation.choice, "auto", known=BACKENDS)
 
     def __call__(self, **parameters: Any) -> Solution:
         """Run the scene with these parameters."""

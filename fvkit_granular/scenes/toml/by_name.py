@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit.validation import choice
+from fvkit.validation import choice, field
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.scene import Scene
@@ -21,10 +21,6 @@ def _made(name: str) -> Scene:
     return scene(name)
 
 
-def _name(value: Any) -> str:
-    return str(choice(value, "name", scene_names()))
-
-
 @attrs.frozen
 class BuiltInFlow:
     """The initial state of a built-in scene, a function of x.
@@ -34,7 +30,7 @@ class BuiltInFlow:
     name : of the scene.
     """
 
-    name: str = attrs.field(converter=_name)
+    name: str = field(choice, known=scene_names())
 
     def __call__(self, x: np.ndarray) -> Any:
         return _made(self.name).initial(x)
@@ -49,7 +45,7 @@ class BuiltInBottom:
     name : of the scene.
     """
 
-    name: str = attrs.field(converter=_name)
+    name: str = field(choice, known=scene_names())
 
     def __call__(self, x: np.ndarray) -> Any:
         return height(_made(self.name), x)
@@ -64,7 +60,7 @@ class BuiltInReference:
     name : of the built-in scene.
     """
 
-    name: str = attrs.field(converter=_name)
+    name: str = field(choice, known=scene_names())
 
     def __call__(self, scene: Scene) -> Reference:
         """Return the reference.
