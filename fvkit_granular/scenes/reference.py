@@ -90,3 +90,13 @@ class SelfConverged(Reference):
         q = model.conserved_from(*(seen[name] for name in ("h", "phi", "vs", "vf")))
         integrals = np.concatenate([np.zeros((len(q), 1)), np.cumsum(q, axis=1) * fine.dx], axis=1)
         return np.array([np.diff(np.interp(grid.edges, fine.edges, row)) / grid.dx for row in integrals])
+
+
+def still(flow: Callable[[np.ndarray], Mapping[str, Any]], bottom: Callable[..., Any] | None = None) -> FunctionReference:
+    """Return the reference of a flow x -> {h, phi, vs, vf} at rest, over ``bottom`` if it gives ``surface`` for h."""
+    return FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x), bottom=bottom)
+
+
+def one_velocity(seen: Mapping[str, Any], phi: Any) -> dict[str, Any]:
+    """Return {h, phi, vs, vf} of a depth h and a single velocity v."""
+    return {"h": seen["h"], "phi": phi, "vs": seen["v"], "vf": seen["v"]}

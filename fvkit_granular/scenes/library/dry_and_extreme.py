@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import Periodic, Wall
-from fvkit_granular.scenes.reference import FunctionReference
+from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene, two_states
 from fvkit_granular.scenes.shapes import Block, ShapedFlow
 from fvkit_granular.sources.drag import ConstantDrag
@@ -23,9 +23,24 @@ ABSENT = {
 }
 
 
-def _dam_break(name: str, depths: tuple[float, float], speeds: tuple[float, float], description: str, half: float = 5.0,
-               t_end: float = 0.5) -> Scene:
-    """A Riemann problem of shallow water with uniform phi, and its exact solution."""
+#: Riemann problems of shallow water with uniform phi: depths, speeds, half of the interval, end time and description.
+DAM_BREAKS: dict[str, tuple[tuple[float, float], tuple[float, float], float, float, str]] = {
+    "dry-dam-break": ((1.0, 0.0), (0.0, 0.0), 5.0, 0.5,
+                      "Ritter's dam break of 1 m onto dry ground, uniform phi = 0.6 (classical)"),
+    "double-rarefaction": ((1.0, 1.0), (-8.0, 8.0), 5.0, 0.3,
+                           "two streams part at 8 m/s and leave dry ground between them (constructed here)"),
+    "transonic": ((10.0, 0.5), (0.0, 0.0), 8.0, 0.5, "dam break 10 m | 0.5 m whose fan passes the sonic point (classical)"),  # E3
+    "expansion-shock": ((2.0, 1.0), (np.sqrt(3.0 * 9.81) / 2.0, np.sqrt(3.0 * 9.81)), 5.0, 0.5, "a jump from 2 m to 1 m with "
+                        "equal fluxes on both sides, which physics opens into a fan (constructed here)"),
+    "froude-50": ((1.0, 1.0), (50.0 * np.sqrt(9.81), 0.8 * (50.0 * np.sqrt(9.81))), 20.0, 0.05,
+                  "two streams at Froude numbers 50 and 40 collide (constructed here)"),
+    "tiny-depth": ((1.0, 1e-300), (0.0, 0.0), 5.0, 0.5, "dam break of 1 m onto a film of 1e-300 m (constructed here)"),
+}
+
+
+def dam_break(name: str) -> Scene:
+    """One of ``DAM_BREAKS`` and its exact solution."""
+    depths, speeds, half, t_end, description = DAM_BREAKS[name]
     left, right = ({"h": depth, "phi": PHI, "vs": speed, "vf": speed} for depth, speed in zip(depths, speeds, strict=True))
     return Scene((-half, half), t_end, two_states(left, right), name=name, description=description,
                  reference=partial(one_phase_riemann, depths, speeds, PHI))
@@ -38,47 +53,8 @@ def one_phase_riemann(depths: tuple[float, float], speeds: tuple[float, float], 
     left, right = ((depth if depth > 1e-200 else 0.0, speed) for depth, speed in zip(depths, speeds, strict=True))
     solved = exact.shallow_water_riemann(left, right, g=scene.g)
 
-    def flow(x: np.ndarray, t: float) -> dict[str, Any]:
-        seen = solved.at(x, t)
-        return {"h": seen["h"], "phi": phi, "vs": seen["v"], "vf": seen["v"]}
-
-    return FunctionReference("exact", "Riemann solution of shallow water: exact where phi is uniform and vs = vf", at=flow)
-
-
-def dry_dam_break() -> Scene:
-    """Ritter's dam break onto dry ground."""
-    return _dam_break("dry-dam-break", (1.0, 0.0), (0.0, 0.0),
-                      "Ritter's dam break of 1 m onto dry ground, uniform phi = 0.6 (classical)")
-
-
-def double_rarefaction() -> Scene:
-    """Two streams that part and leave a near-vacuum."""
-    return _dam_break("double-rarefaction", (1.0, 1.0), (-8.0, 8.0),
-                      "two streams part at 8 m/s and leave dry ground between them (constructed here)", t_end=0.3)
-
-
-def transonic() -> Scene:
-    """E3: a dam break with a transonic rarefaction."""
-    return _dam_break("transonic", (10.0, 0.5), (0.0, 0.0),
-                      "dam break 10 m | 0.5 m whose fan passes the sonic point (classical)", half=8.0)
-
-
-def expansion_shock() -> Scene:
-    """The stationary expansion shock: no flux difference, and yet it must open."""
-    return _dam_break("expansion-shock", (2.0, 1.0), (np.sqrt(3.0 * 9.81) / 2.0, np.sqrt(3.0 * 9.81)),
-                      "a jump from 2 m to 1 m with equal fluxes on both sides, which physics opens into a fan (constructed here)")
-
-
-def fast() -> Scene:
-    """A stream at Froude number 50 that meets another."""
-    speed = 50.0 * np.sqrt(9.81)
-    return _dam_break("froude-50", (1.0, 1.0), (speed, 0.8 * speed),
-                      "two streams at Froude numbers 50 and 40 collide (constructed here)", half=20.0, t_end=0.05)
-
-
-def tiny() -> Scene:
-    """A dam break onto a film of 1e-300 m."""
-    return _dam_break("tiny-depth", (1.0, 1e-300), (0.0, 0.0), "dam break of 1 m onto a film of 1e-300 m (constructed here)")
+    return FunctionReference("exact", "Riemann solution of shallow water: exact where phi is uniform and vs = vf",
+                             at=lambda x, t: one_velocity(solved.at(x, t), phi))
 
 
 def island(emerged: str = "hump") -> Scene:
@@ -95,7 +71,7 @@ def island(emerged: str = "hump") -> Scene:
     flow = ShapedFlow(surface=1.0, phi=PHI, bottom=bottom)
     name = "island" if emerged == "hump" else "island-step"
     return Scene((0.0, 2.0), 2.0, flow, bottom=bottom, boundary=Wall(), name=name,
-                 reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x), bottom=bottom),
+                 reference=still(flow, bottom),
                  description=f"lake of 1 m around an emerged {'hump' if emerged == 'hump' else 'block of 1.3 m'} (classical)")
 
 
@@ -106,8 +82,7 @@ def thacker() -> Scene:
     solved = exact.thacker_basin()
 
     def at(x: np.ndarray, t: float) -> dict[str, Any]:
-        seen = solved.at(x, t)
-        return {"h": seen["h"], "phi": PHI, "vs": seen["v"], "vf": seen["v"]}
+        return one_velocity(solved.at(x, t), PHI)
 
     return Scene((0.0, 4.0), 2.0 * solved.period, lambda x: at(x, 0.0), bottom=solved.bottom, boundary=Wall(), name="thacker",
                  reference=FunctionReference("exact", "Thacker's planar surface: exact for uniform phi and one velocity", at=at),
@@ -133,8 +108,7 @@ def stiff_drag() -> Scene:
 
         solved = exact.reduced_riemann((3.0, 0.7, 0.0), (2.0, 0.4, 0.0), g=scene.g, gamma=scene.gamma)
         return FunctionReference("exact", "Riemann solution of the reduced model, the limit of strong drag",
-                                 at=lambda x, t: {**{k: solved.at(x, t)[k] for k in ("h", "phi")},
-                                                  "vs": solved.at(x, t)["v"], "vf": solved.at(x, t)["v"]})
+                                 at=lambda x, t: one_velocity(solved.at(x, t), solved.at(x, t)["phi"]))
 
     return Scene((-5.0, 5.0), 0.5, two_states({"h": 3.0, "phi": 0.7}, {"h": 2.0, "phi": 0.4}), sources=ConstantDrag(D=1e8),
                  reference=reference, name="stiff-drag",
@@ -151,8 +125,7 @@ def absent(name: str) -> Scene:
 
 
 HARD_SCENES: dict[str, Callable[[], Scene]] = {
-    "island": island, "island-step": partial(island, "step"), "thacker": thacker, "dry-dam-break": dry_dam_break,
-    "double-rarefaction": double_rarefaction, "transonic": transonic, "expansion-shock": expansion_shock, "froude-50": fast,
-    "tiny-depth": tiny, "lost-hyperbolicity": lost_hyperbolicity, "stiff-drag": stiff_drag,
-    **{name: partial(absent, name) for name in ABSENT},
+    "island": island, "island-step": partial(island, "step"), "thacker": thacker,
+    **{name: partial(dam_break, name) for name in DAM_BREAKS}, "lost-hyperbolicity": lost_hyperbolicity,
+    "stiff-drag": stiff_drag, **{name: partial(absent, name) for name in ABSENT},
 }

@@ -7,7 +7,7 @@ import numpy as np
 
 from fvkit import Periodic
 from fvkit_granular.models.quantities import Flow
-from fvkit_granular.scenes.reference import FunctionReference
+from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import Block, Plane, ShapedFlow, Step
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag
@@ -19,8 +19,7 @@ AIR = 5e-4
 
 def _resting(flow: Flow, **settings: Any) -> Scene:
     """A scene that stays as it starts."""
-    reference = FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x))
-    return Scene(initial=flow, reference=reference, **settings)
+    return Scene(initial=flow, reference=still(flow), **settings)
 
 
 def pile() -> Scene:
@@ -49,14 +48,10 @@ def sliding_dam_break() -> Scene:
         buoyancy = scene.gamma / (phi + scene.gamma * (1.0 - phi))
         solved = exact.accelerated(flat, exact.sliding_acceleration(slope, nu, scene.g, buoyancy), v0)
 
-        def at(x: np.ndarray, t: float) -> dict[str, Any]:
-            seen = solved.at(x, t)
-            return {"h": seen["h"], "phi": phi, "vs": seen["v"], "vf": seen["v"]}
-
         return FunctionReference("exact", "Stoker's dam break in an accelerated frame: exact for the reduced model, and for "
                                  "two phases where drag binds them; shallow water lacks buoyancy and slides more slowly; "
                                  "the ends of the interval are open, which is no flow on a slope, and send waves 2.6 m inwards",
-                                 at=at)
+                                 at=lambda x, t: one_velocity(solved.at(x, t), phi))
 
     return Scene((-15.0, 15.0), t_end=0.5, initial=ShapedFlow(Step(0.0, 2.0, 1.0), phi=phi, vs=v0, vf=v0),
                  bottom=Plane(-slope), sources=(CoulombFriction(nu), ConstantDrag(1e9)), reference=reference,
@@ -80,12 +75,9 @@ def block_stop() -> Scene:
     def reference(scene: Scene) -> FunctionReference:
         from fvkit_granular import exact
 
-        def at(x: np.ndarray, t: float) -> dict[str, Any]:
-            v = exact.block_stop(v0, nu, t, scene.g)
-            return {"h": 1.0, "phi": 1.0, "vs": v, "vf": v}
-
         return FunctionReference("exact", "v = max(2 - nu g t, 0), exactly 0 from 0.408 s on; two phases and the reduced model, "
-                                 "with the buoyancy of air, stop 0.2 ms later", at=at)
+                                 "with the buoyancy of air, stop 0.2 ms later",
+                                 at=lambda x, t: one_velocity({"h": 1.0, "v": exact.block_stop(v0, nu, t, scene.g)}, 1.0))
 
     return Scene((0.0, 1.0), t_end=0.5, initial=ShapedFlow(1.0, phi=1.0, vs=v0), boundary=Periodic(), gamma=AIR,
                  sources=CoulombFriction(nu), reference=reference, name="block-stop",

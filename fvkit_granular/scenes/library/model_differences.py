@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import Periodic
-from fvkit_granular.scenes.reference import FunctionReference
+from fvkit_granular.scenes.reference import FunctionReference, still
 from fvkit_granular.scenes.scene import Scene, two_states
 from fvkit_granular.scenes.shapes import Step
 
@@ -72,9 +72,8 @@ def two_layer_rest(perturbed: bool = False) -> Scene:
         thicker = np.where(np.abs(x - 0.4) < 0.02, 0.05, 0.0) if perturbed else 0.0
         return layers(0.1 + thicker, 0.5 - _bump(x))
 
-    still = FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x))
     return Scene((0.0, 1.0), t_end=10.0, g=1.0, gamma=0.9, initial=flow, bottom=_bump, boundary=Periodic(), name="two-layer-rest",
-                 reference=None if perturbed else still,
+                 reference=None if perturbed else still(flow),
                  description="for TwoLayer: 0.1 m on a level interface at 0.5 m over a bump of 0.4 m, "
                  f"{'upper layer 0.05 m thicker on 0.38 < x < 0.42' if perturbed else 'at rest for ever'}, g = 1 (seen in a "
                  "public test case)")

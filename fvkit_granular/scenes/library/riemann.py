@@ -1,12 +1,11 @@
 """Built-in scenes, each with its reference and its provenance."""
 
-from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from fvkit_granular.scenes.reference import FunctionReference
+from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene, two_states
 from fvkit_granular.scenes.shapes import ShapedFlow, Step, Steps
 
@@ -56,7 +55,7 @@ def dam_break() -> Scene:
 
         solved = exact.shallow_water_riemann((2.0, 0.0), (1.0, 0.0), g=scene.g)
         return FunctionReference("exact", "Stoker's dam break: exact for all models where phi is uniform and vs = vf",
-                                 at=lambda x, t: _one_velocity(solved.at(x, t), 0.6))
+                                 at=lambda x, t: one_velocity(solved.at(x, t), 0.6))
 
     return Scene((-5.0, 5.0), t_end=0.5, initial=ShapedFlow(Step(0.0, 2.0, 1.0), phi=0.6), reference=reference,
                  name="dam-break", description="Stoker's dam break 2 m | 1 m with uniform phi = 0.6 (classical)")
@@ -69,12 +68,12 @@ def simple_wave() -> Scene:
 
         solved = exact.simple_wave(exact.hump(centre=4.0), g=scene.g)
         return FunctionReference("exact", "simple wave by characteristics, smooth until it breaks at t = 2.044 s",
-                                 at=lambda x, t: _one_velocity(solved.at(x, t), 0.6))
+                                 at=lambda x, t: one_velocity(solved.at(x, t), 0.6))
 
     def initial(x: np.ndarray) -> dict[str, Any]:
         from fvkit_granular import exact
 
-        return _one_velocity(exact.simple_wave(exact.hump(centre=4.0)).at(x, 0.0), 0.6)
+        return one_velocity(exact.simple_wave(exact.hump(centre=4.0)).at(x, 0.0), 0.6)
 
     return Scene((0.0, 10.0), t_end=0.6, initial=initial, reference=reference, name="simple-wave",
                  description="smooth right-going wave with uniform phi = 0.6 (constructed here): shows the order of a scheme")
@@ -83,9 +82,8 @@ def simple_wave() -> Scene:
 def rest() -> Scene:
     """E1: a lake at rest over a smooth bump and over steps."""
     flow = ShapedFlow(surface=1.0, phi=0.6, bottom=rest_bottom)
-    return Scene((0.0, 2.0), t_end=0.5, initial=flow, bottom=rest_bottom,
-                 reference=FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x), bottom=rest_bottom),
-                 name="rest", description="lake at rest over a smooth bump (x = 1.5) and two 0.4 m steps (x = 0.7, 1.3), "
+    return Scene((0.0, 2.0), t_end=0.5, initial=flow, bottom=rest_bottom, reference=still(flow, rest_bottom), name="rest",
+                 description="lake at rest over a smooth bump (x = 1.5) and two 0.4 m steps (x = 0.7, 1.3), "
                  "phi = 0.6 (classical)")
 
 
@@ -111,7 +109,3 @@ def perturbed_rest(eps: float = 0.01) -> Scene:
     return Scene((-1.0, 1.0), t_end=0.7, initial=flow, bottom=bottom, g=1.0, name="perturbed-rest",
                  description=f"surface raised by {eps:g} m on 0.1 < x < 0.2 over a bump, g = 1, phi = 0.6 (LeVeque 1998; "
                  "eps = 0.01 seen in a public test case, eps = 0.2 remembered); the answer equals the single-phase one")
-
-
-def _one_velocity(observed: Mapping[str, Any], phi: float) -> dict[str, Any]:
-    return {"h": observed["h"], "phi": phi, "vs": observed["v"], "vf": observed["v"]}
