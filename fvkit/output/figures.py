@@ -1,12 +1,16 @@
 """Plotting helpers: figures, colour-blind-safe styles, log-log series and convergence slopes on given axes."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from io import BytesIO
-from typing import Any
+from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from fvkit.files import write_whole
 
 #: Okabe-Ito colour-blind-safe palette, darkest first.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -26,6 +30,29 @@ def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float 
     """Return a `Picture` and the list of its rows x columns axes."""
     figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
     return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
+
+
+def save_all(folder: str | Path, contents: Mapping[str, str | Figure]) -> Path:
+    """Write texts and figures, {name of the file: content}, each whole, into a folder, made if missing; return its path."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    for name, content in contents.items():
+        write_whole(target / name, partial(_fill, content))
+    return target
+
+
+def _fill(content: str | Figure, file: IO[bytes]) -> None:
+    if isinstance(content, Figure):
+        content.savefig(file, format="png", dpi=130)
+    else:
+        file.write(content.encode())
+
+
+def legend_below(figure: Figure, axes: Iterable[Axes], columns: int, size: str) -> None:
+    """Draw one legend below all axes, each label once."""
+    handles = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    if handles:
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns, fontsize=size, frameon=False)
 
 
 def style(index: int) -> dict[str, Any]:

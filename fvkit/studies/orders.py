@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit.files import write_whole
 from fvkit.studies.tables import ROUNDING, plain, table
 from fvkit.validation import Portable
 
@@ -158,9 +157,7 @@ class Convergence:
 
     def save(self, folder: str | Path) -> Path:
         """Write convergence.json and convergence.png to ``folder``, created if missing, and return its path."""
-        target = Path(folder)
-        target.mkdir(parents=True, exist_ok=True)
-        write_whole(target / "convergence.json", lambda file: file.write(self.to_json().encode()))
+        from fvkit.output.figures import save_all
+
         figure: Any = self.plot().figure
-        write_whole(target / "convergence.png", lambda file: figure.savefig(file, format="png", dpi=130))
-        return target
+        return save_all(folder, {"convergence.json": self.to_json(), "convergence.png": figure})

@@ -6,7 +6,6 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from functools import partial
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,7 +15,6 @@ import attrs
 import numpy as np
 
 from fvkit import validation
-from fvkit.files import write_whole
 from fvkit.studies.orders import observed
 from fvkit.studies.tables import ROUNDING, plain, table
 from fvkit.studies.work_precision import Row, WorkPrecision, time_to_reach, work_precision
@@ -215,13 +213,10 @@ class Report:
 
     def save(self, folder: str | Path) -> Path:
         """Write report.json, report.csv and the figures to ``folder``, created if missing, and return its path."""
-        target = Path(folder)
-        target.mkdir(parents=True, exist_ok=True)
-        write_whole(target / "report.json", lambda file: file.write(self.to_json().encode()))
-        write_whole(target / "report.csv", lambda file: file.write(self.to_csv().encode()))
-        for name, figure in self.plot().items():
-            write_whole(target / f"{name}.png", partial(figure.savefig, format="png", dpi=130))
-        return target
+        from fvkit.output.figures import save_all
+
+        pictures = {f"{name}.png": figure for name, figure in self.plot().items()}
+        return save_all(folder, {"report.json": self.to_json(), "report.csv": self.to_csv(), **pictures})
 
     def _repr_html_(self) -> str:
         """Return the table as HTML for notebooks."""

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from fvkit.output.figures import COLORS, new_axes, plot_series, slope_guides, style
+from fvkit.output.figures import COLORS, legend_below, new_axes, plot_series, slope_guides, style
 from fvkit.studies.tables import ROUNDING
 
 if TYPE_CHECKING:
@@ -120,9 +120,7 @@ def profiles(report: "Report") -> Figure:
 
 def _finish(figure: Figure, axes: list, report: "Report") -> None:
     figure.suptitle(_note(report), fontsize="medium")
-    handles = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    if handles:
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize="small", frameon=False)
+    legend_below(figure, axes, 3, "small")
 
 
 #: {file name without extension: function of the report}.

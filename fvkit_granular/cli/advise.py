@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import WavePropagation, solve, validation
+from fvkit import WavePropagation, solve
 from fvkit.backends import BACKENDS
 from fvkit.cli import SUCCESS, add_command
 from fvkit.schemes.riemann import default_riemann
 from fvkit.studies.tables import table
+from fvkit_granular.cli.options import one_of
 from fvkit_granular.models.reduced import Reduced
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.models.shallow_water import ShallowWater
@@ -34,15 +35,15 @@ def register(commands: Any) -> None:
                         help="tolerance: mean error of the depth over the mean depth (default 1e-3)")
     parser.add_argument("--check", action="store_true",
                         help=f"run the models on {CHECKED} cells and set measured beside predicted errors")
-    parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
+    one_of(parser, "--backend", BACKENDS, "auto")
 
 
 def _advise(options: argparse.Namespace) -> int:
-    chosen, backend = find_scene(options.scene), validation.choice(options.backend, "--backend", BACKENDS)
+    chosen = find_scene(options.scene)
     advice = advise(chosen, options.tol)
     print(advice)
     if options.check:
-        print(_checked(chosen, advice, backend))
+        print(_checked(chosen, advice, options.backend))
     return SUCCESS
 
 

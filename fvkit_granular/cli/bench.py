@@ -9,7 +9,7 @@ from fvkit import validation
 from fvkit.backends import BACKENDS
 from fvkit.cli import INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import teller
+from fvkit_granular.cli.options import COUNT, checked, named, teller
 from fvkit_granular.studies.bench import ORDERS, bench
 
 
@@ -17,23 +17,17 @@ def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     speed = add_command(commands, "bench", _bench, "measure ns per cell and step for every model, solver, backend and order",
                         "fvkit bench --cells 1000 10000 --orders 2")
-    speed.add_argument("--cells", nargs="+", type=int, default=[100, 1000, 10_000, 100_000], metavar="N",
-                       help="numbers of cells (default 100 1000 10000 100000)")
-    speed.add_argument("--orders", nargs="+", type=int, default=[1, 2], metavar="P",
-                       help="any of 1, 2 and 5, which is a stage of MP5 (default 1 2)")
-    speed.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
-    speed.add_argument("--repeats", type=int, default=5, help="timed blocks of each case (default 5)")
+    speed.add_argument("--cells", nargs="+", type=checked(int, validation.whole, at_least=10),
+                       default=[100, 1000, 10_000, 100_000], metavar="N", help="numbers of cells (default 100 1000 10000 100000)")
+    speed.add_argument("--orders", nargs="+", type=checked(int, validation.choice, known=ORDERS), default=[1, 2],
+                       metavar="P", help="any of 1, 2 and 5, which is a stage of MP5 (default 1 2)")
+    speed.add_argument("--backends", nargs="+", type=named(BACKENDS[1:]), metavar="B",
+                       help="numba, numpy or both (default: what is installed)")
+    speed.add_argument("--repeats", type=COUNT, default=5, help="timed blocks of each case (default 5)")
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
 
 
 def _bench(options: argparse.Namespace) -> int:
-    for count in options.cells:
-        validation.whole(count, "--cells", at_least=10)
-    for name in options.backends or ():
-        validation.choice(name, "--backends", BACKENDS[1:])
-    validation.whole(options.repeats, "--repeats", at_least=1)
-    for order in options.orders:
-        validation.choice(order, "--orders", ORDERS)
     usable_folder(options.out, "--out", ("bench.json", "bench.png"))
     result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
                                           progress=teller()))

@@ -6,20 +6,11 @@ from typing import Any
 
 from fvkit import validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
-from fvkit.files import remove, usable_folder, write_whole
-from fvkit.schemes.registry import LIMITERS
+from fvkit.files import remove, usable_folder
+from fvkit.output.figures import save_all
 from fvkit.studies.report_pictures import PICTURES
-from fvkit_granular.cli.options import (
-    WAVES,
-    add_scheme_options,
-    common_options,
-    methods_of,
-    pick,
-    results_folder,
-    schemes_of,
-    teller,
-)
-from fvkit_granular.models.registry import COMPARED, MODELS, RIEMANN
+from fvkit_granular.cli import options as common
+from fvkit_granular.models.registry import COMPARED, MODELS
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import compare, compared
@@ -40,37 +31,37 @@ def register(commands: Any) -> None:
                         "  fvkit compare simple-wave --method wave-propagation method-of-lines --reconstruction mp5 weno5\n"
                         "  fvkit compare riemann --seconds 2 --plot-axes steps error.phi")
     study.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    study.add_argument("--models", nargs="+", default=list(COMPARED), metavar="M",
+    study.add_argument("--models", nargs="+", type=common.named(MODELS), default=list(COMPARED.values()), metavar="M",
                        help=f"any of {', '.join(MODELS)} (default: {' '.join(COMPARED)})")
-    add_scheme_options(study, several=True)
-    study.add_argument("--cells", nargs="+", type=int, default=[100, 200, 400, 800], metavar="N",
+    common.add_scheme_options(study, several=True)
+    study.add_argument("--cells", nargs="+", type=common.COUNT, default=[100, 200, 400, 800], metavar="N",
                        help="numbers of cells (default 100 200 400 800)")
-    study.add_argument("--repeats", type=int, default=3, help="timed repeats of each run (default 3)")
+    study.add_argument("--repeats", type=common.COUNT, default=3, help="timed repeats of each run (default 3)")
     study.add_argument("--seconds", type=float, metavar="S",
                        help="time limit per run (s); runs expected to exceed it are skipped, others are stopped (default: none)")
     study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
                        help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
-    common_options(study, "fvkit-compare-SCENE")
+    common.common_options(study, "fvkit-compare-SCENE")
 
 
 def _compare(options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
-    models = pick(options.models, "--models", MODELS)
+    known = _columns(chosen, options.models) if options.plot_axes else ()
     for name in (name for pair in options.plot_axes for name in pair):
-        validation.choice(name.partition(".")[0], "--plot-axes", AXES)
-        validation.choice(name, "--plot-axes", _columns(chosen, models))
+        validation.choice(name, "--plot-axes", known)
     pictures = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
-    folder = usable_folder(results_folder(options, "compare", scene_label(options.scene)), "--out",
+    folder = usable_folder(common.results_folder(options, "compare", scene_label(options.scene)), "--out",
                            ("report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *pictures))
-    tell = teller()
-    report, stopped = done_so_far(partial(compare, chosen, models, cells=options.cells, repeats=options.repeats,
+    tell = common.teller()
+    report, stopped = done_so_far(partial(compare, chosen, options.models, cells=options.cells, repeats=options.repeats,
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:
         tell("")
     report.save(folder)
-    for x, y in () if stopped else options.plot_axes:
-        write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
-    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=() if stopped else pictures)
+    save_all(folder, {f"{y}-over-{x}.png": report.figure(x, y) for x, y in (() if stopped else options.plot_axes)})
+    drawn = [path.name for path in folder.glob("*-over-*.png")
+             if all(axis.partition(".")[0] in AXES for axis in path.stem.split("-over-"))]  # as --plot-axes names them
+    remove(folder, drawn, but=() if stopped else pictures)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
     print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
@@ -89,16 +80,10 @@ def _columns(scene: Scene, models: list[Any]) -> list[str]:
     return list(result)
 
 
-def _drawn_over(name: str) -> bool:
-    """Whether a picture has a name that --plot-axes gives."""
-    return all(axis.partition(".")[0] in AXES for axis in name.split("-over-"))
-
-
 def _schemes(options: argparse.Namespace) -> dict[str, Any]:
     """The schemes of a comparison; those of wave propagation alone are left to `compare`, which chooses per model."""
-    if methods_of(options) != [WAVES]:
-        return {"schemes": schemes_of(options)}
-    riemann = None if options.riemann is None else [kind() for kind in pick(options.riemann, "--riemann", RIEMANN)]
-    limiters = [kind() for kind in pick(options.limiter or ["mc"], "--limiter", LIMITERS)]
-    return {"riemann": riemann, "limiter": limiters, "order": options.order or [2],
+    if common.methods_of(options) != [common.WAVES]:
+        return {"schemes": common.schemes_of(options)}
+    riemann = None if options.riemann is None else common.parts_of(options, "riemann")
+    return {"riemann": riemann, "limiter": common.parts_of(options, "limiter"), "order": options.order or [2],
             "cfl": 0.9 if options.cfl is None else options.cfl}

@@ -10,7 +10,7 @@ from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
 from fvkit.studies.convergence import NORMS
-from fvkit_granular.cli.options import add_scheme_options, pick, scheme_of, teller
+from fvkit_granular.cli.options import COUNT, add_scheme_options, checked, one_of, scheme_of, teller
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 
@@ -20,26 +20,24 @@ def register(commands: Any) -> None:
     parser = add_command(commands, "convergence", _convergence, "measure the order of one scheme on one scene",
                          "fvkit convergence slip-over-bottom --riemann roe --reconstruction mp5 --integrator dp5 --expect 4.8")
     parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
-    parser.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
+    one_of(parser, "--model", MODELS, "two-phase")
     add_scheme_options(parser, several=False)
-    parser.add_argument("--cells", nargs="+", type=int, default=[50, 100, 200, 400], metavar="N",
+    parser.add_argument("--cells", nargs="+", type=COUNT, default=[50, 100, 200, 400], metavar="N",
                         help="numbers of cells (default 50 100 200 400)")
-    parser.add_argument("--norm", default="l1", help=f"one of {', '.join(NORMS)} (default l1)")
-    parser.add_argument("--expect", type=float, metavar="P",
+    one_of(parser, "--norm", tuple(NORMS), "l1")
+    parser.add_argument("--expect", type=checked(float, validation.real), metavar="P",
                         help="required order of convergence between the two finest grids; exit code 1 if it is not reached")
-    parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
+    one_of(parser, "--backend", BACKENDS, "auto")
     parser.add_argument("--out", type=Path, help="folder for convergence.json and convergence.png (default: nothing is written)")
 
 
 def _convergence(options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
-    model = pick([options.model], "--model", MODELS)[0]
     scheme = scheme_of(options)
-    wanted = None if options.expect is None else validation.real(options.expect, "--expect")
     if options.out is not None:
         usable_folder(options.out, "--out", ("convergence.json", "convergence.png"))
     tell = teller()
-    found, stopped = done_so_far(partial(convergence, partial(chosen.problem, model), scheme, options.cells,
+    found, stopped = done_so_far(partial(convergence, partial(chosen.problem, options.model), scheme, options.cells,
                                          chosen.known_reference(), norm=options.norm, backend=options.backend, progress=tell))
     if tell is not None:
         tell("")
@@ -48,12 +46,12 @@ def _convergence(options: argparse.Namespace) -> int:
         print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")
     if stopped:
         return INTERRUPTED
-    if wanted is None:
+    if options.expect is None:
         return SUCCESS
     try:
-        found.check(wanted)
+        found.check(options.expect)
     except OrderError as missed:
         print(str(missed).splitlines()[0])
         return FAILED
-    print(f"order {wanted:g} is reached")
+    print(f"order {options.expect:g} is reached")
     return SUCCESS

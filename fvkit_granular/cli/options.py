@@ -2,22 +2,51 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from fvkit import MethodOfLines, Scheme, WavePropagation, validation
 from fvkit.backends import BACKENDS
-from fvkit.schemes.registry import INTEGRATORS, LIMITERS, METHODS, RECONSTRUCTIONS
-from fvkit_granular.models.registry import RIEMANN
+from fvkit.schemes.registry import METHODS
+from fvkit_granular.studies.scene_run import NAMED
 
 #: The methods by their names.
 WAVES, LINES = METHODS
 
-#: The options that belong to a method.
+#: The options that belong to a method, and the parts where an option names none.
 BELONGS = {"limiter": WAVES, "order": WAVES, "reconstruction": LINES, "integrator": LINES}
+DEFAULTS = {"riemann": "relaxation", "limiter": "mc", "reconstruction": "mp5", "integrator": "ssprk104"}
 
 _RIEMANN_ALL = "all for the first model, relaxation for the others; relaxation alone beside method-of-lines"
+
+
+def checked(kind: type, check: Callable[..., Any], **rules: Any) -> Callable[[str], Any]:
+    """Return a ``type`` of argparse: a text as an int, a float or a str, then through a check of `fvkit.validation`."""
+    def parse(text: str) -> Any:
+        value = kind(text)
+        try:
+            return check(value, "value", **rules)
+        except (ValueError, TypeError) as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    parse.__name__ = kind.__name__  # argparse says what a text is not
+    return parse
+
+
+def named(known: Iterable[str]) -> Callable[[str], Any]:
+    """Return a ``type`` of argparse: one of the names, or what it stands for in a mapping."""
+    check = checked(str, validation.choice, known=known)
+    return (lambda text: known[check(text)]) if isinstance(known, Mapping) else check
+
+
+def one_of(parser: argparse.ArgumentParser, option: str, known: Iterable[str], default: str) -> None:
+    """Add an option that takes one of the names."""
+    parser.add_argument(option, type=named(known), default=default, help=f"one of {', '.join(known)} (default {default})")
+
+
+#: Whole numbers from 1 on, as a ``type`` of argparse.
+COUNT = checked(int, validation.whole, at_least=1)
 
 
 def add_scheme_options(parser: argparse.ArgumentParser, several: bool) -> None:
@@ -28,20 +57,20 @@ def add_scheme_options(parser: argparse.ArgumentParser, several: bool) -> None:
                         help=f"{said} {', '.join(METHODS)} (default {WAVES}; {LINES} where --reconstruction or --integrator is "
                              "given)")
     parser.add_argument("--riemann", metavar="R", **many,
-                        help=f"{said} {', '.join(RIEMANN)} (default: {_RIEMANN_ALL if several else 'relaxation'})")
-    parser.add_argument("--limiter", metavar="L", **many, help=f"of {WAVES}: {said} {', '.join(LIMITERS)} (default mc)")
+                        help=f"{said} {', '.join(NAMED['riemann'])} (default: {_RIEMANN_ALL if several else 'relaxation'})")
+    parser.add_argument("--limiter", metavar="L", **many, help=f"of {WAVES}: {said} {', '.join(NAMED['limiter'])} (default mc)")
     parser.add_argument("--order", type=int, metavar="P", **many,
                         help=f"of {WAVES}: 1{', 2 or both' if several else ' or 2'} (default 2)")
-    parser.add_argument("--reconstruction", metavar="C", **many,
-                        help=f"of {LINES}: {said} {', '.join(RECONSTRUCTIONS)} (default mp5)")
-    parser.add_argument("--integrator", metavar="T", **many,
-                        help=f"of {LINES}: {said} {', '.join(INTEGRATORS)} (default ssprk104)")
+    for name, letter in (("reconstruction", "C"), ("integrator", "T")):
+        parser.add_argument(f"--{name}", metavar=letter, **many,
+                            help=f"of {LINES}: {said} {', '.join(NAMED[name])} (default {DEFAULTS[name]})")
     parser.add_argument("--cfl", type=float, help=f"target Courant number (default 0.9, {LINES}: that of the integrator)")
 
 
-def pick(names: Sequence[str], argument: str, known: Mapping[str, type]) -> list[Any]:
-    """Return what the names of an argument stand for, or raise with the list and the nearest match."""
-    return [known[validation.choice(name, argument, known)] for name in names]
+def parts_of(options: argparse.Namespace, name: str) -> list[Any]:
+    """Return the parts of schemes that an option names, or raise with the list and the nearest match."""
+    given = _names(getattr(options, name)) or [DEFAULTS[name]]
+    return [NAMED[name][validation.choice(one, f"--{name}", NAMED[name])]() for one in given]
 
 
 def methods_of(options: argparse.Namespace) -> list[str]:
@@ -60,10 +89,7 @@ def methods_of(options: argparse.Namespace) -> list[str]:
 
 def schemes_of(options: argparse.Namespace) -> list[Scheme]:
     """Return every scheme that the options name, with Relaxation where they name no Riemann solver."""
-    solvers = [kind() for kind in pick(_names(options.riemann) or ["relaxation"], "--riemann", RIEMANN)]
-    limiters = [kind() for kind in pick(_names(options.limiter) or ["mc"], "--limiter", LIMITERS)]
-    reconstructions = [kind() for kind in pick(_names(options.reconstruction) or ["mp5"], "--reconstruction", RECONSTRUCTIONS)]
-    integrators = [kind() for kind in pick(_names(options.integrator) or ["ssprk104"], "--integrator", INTEGRATORS)]
+    solvers, limiters, reconstructions, integrators = (parts_of(options, name) for name in DEFAULTS)
     orders, cfl = _names(options.order) or [2], options.cfl
     result: list[Scheme] = []
     for solver in solvers:
@@ -97,7 +123,8 @@ def _names(value: Any) -> list[Any]:
 
 
 def common_options(parser: argparse.ArgumentParser, folder: str) -> None:
-    parser.add_argument("--backend", default="auto", help=f"one of {', '.join(BACKENDS)} (default auto)")
+    """Add the options of the backend and of the folder for the results."""
+    one_of(parser, "--backend", BACKENDS, "auto")
     parser.add_argument("--out", type=Path, help=f"folder for the results (default {folder})")
 
 

@@ -5,21 +5,21 @@ import json
 import sys
 import warnings
 import zipfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, resume, solve, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
-from fvkit.files import remove, usable_folder, write_whole
+from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build
-from fvkit.output.figures import new_axes
+from fvkit.output.figures import new_axes, save_all
 from fvkit.output.plots import KINDS, checked_film, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
-from fvkit_granular.cli.options import add_scheme_options, common_options, pick, results_folder, scheme_of
+from fvkit_granular.cli.options import add_scheme_options, checked, common_options, one_of, results_folder, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
@@ -30,6 +30,9 @@ from fvkit_granular.studies.compare import deviations
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
 
+#: Extra pictures of the end, by name.
+PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
+
 #: Outputs of a film.
 FRAMES = 60
 
@@ -39,7 +42,7 @@ def register(commands: Any) -> None:
     run = add_command(commands, "run", _run, "run one scene with one model and solver",
                       "fvkit run riemann --cells 800 --out result\n  fvkit run simple-wave --reconstruction mp5 --integrator dp5")
     run.add_argument("scene", metavar="SCENE", nargs="?", help=SCENE_HELP)
-    run.add_argument("--model", default="two-phase", help=f"one of {', '.join(MODELS)} (default two-phase)")
+    one_of(run, "--model", MODELS, "two-phase")
     add_scheme_options(run, several=False)
     run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
     run.add_argument("--checkpoint", type=Path, metavar="FILE",
@@ -51,7 +54,7 @@ def register(commands: Any) -> None:
     run.add_argument("--dt-initial", type=float, metavar="S", help="longest first step, s")
     run.add_argument("--stop-at-rest", type=float, metavar="SPEED",
                      help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
-    run.add_argument("--plot", nargs="+", default=[], metavar="KIND",
+    run.add_argument("--plot", nargs="+", type=checked(str, validation.choice, known=PLOTS), default=[], metavar="KIND",
                      help=f"extra figures KIND.png: at the final time {', '.join(KINDS)}, slip (vs - vf), where margin is the "
                           "distance to loss of hyperbolicity; space-time: depth over x and t")
     run.add_argument("--animate", metavar="NAME",
@@ -64,8 +67,6 @@ def _run(options: argparse.Namespace) -> int:
         raise ValueError("fvkit run takes a SCENE, or --resume FILE: give one of them (see fvkit run --help)")
     if options.every is not None and options.checkpoint is None:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
-    for kind in options.plot:
-        validation.choice(kind, "--plot", (*KINDS, "slip", "space-time"))
     folder = results_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene))
     usable_folder(folder, "--out", _written(options))
     if options.animate is not None:
@@ -81,7 +82,7 @@ def _run(options: argparse.Namespace) -> int:
     chosen = find_scene(options.scene)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
-        problem = chosen.problem(pick([options.model], "--model", MODELS)[0], options.cells)
+        problem = chosen.problem(options.model, options.cells)
     scheme = scheme_of(options)
     many = options.animate is not None or "space-time" in options.plot
     times = _film_times(problem.t_end, chosen.times) if many else chosen.times
@@ -118,16 +119,17 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     earlier, written = _earlier(folder), _written(options)
     solution.configuration[FILES] = written
     solution.save(folder / written[0])
-    for picture, kind in ({"profile": "state"} | {kind: kind for kind in options.plot}).items():
-        _draw(solution, kind, folder / f"{picture}.png")
+    pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
+    save_all(folder, {f"{picture}.png": _drawn(solution, kind) for picture, kind in pictures.items()})
     if options.animate is not None:
         film = folder / checked_film(options.animate)
         film.parent.mkdir(parents=True, exist_ok=True)
         solution.animate(film, "profile")
     remove(folder, earlier, but=written)
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
-    named = settings(build(solution.configuration["scheme"]))
-    print(", ".join([f"{name}: {public_name(solution.model)}", named["riemann"], *_method(named), f"{grid.num_cells} cells",
+    scheme = settings(build(solution.configuration["scheme"]))
+    method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
+    print(", ".join([f"{name}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.num_cells} cells",
                      stats.backend]))
     print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {t_end:g} s")
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
@@ -151,6 +153,8 @@ def _slope(solution: Solution) -> float:
     """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
     h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
     return steepest(solution.aux["b"], solution.grid.dx, deep(h).any(axis=0))
+
+
 def _written(options: argparse.Namespace) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
@@ -168,18 +172,8 @@ def _earlier(folder: Path) -> list[str]:
             and (folder / name).resolve().is_relative_to(folder.resolve())]
 
 
-def _draw(solution: Solution, kind: str, path: Path) -> None:
-    """Write one picture of the end."""
+def _drawn(solution: Solution, kind: str) -> Figure:
+    """Return one picture of the end."""
     figure, axes = new_axes(width=8.0, height=4.5)
-    if kind == "slip":
-        slip(solution, axes[0])
-    elif kind == "space-time":
-        space_time(solution, axes[0])
-    else:
-        solution.plot(axes[0], kind=kind)
-    write_whole(path, lambda file: figure.savefig(file, format="png", dpi=130))
-
-
-def _method(named: Mapping[str, Any]) -> list[str]:
-    """A few words on the method of a run."""
-    return [named["limiter"], named["integrator"]] if named["integrator"] else [f"order {named['order']}"]
+    PLOTS[kind](solution, axes[0])
+    return figure

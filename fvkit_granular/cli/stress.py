@@ -6,11 +6,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fvkit import validation
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import teller
+from fvkit_granular.cli.options import COUNT, named, teller
 from fvkit_granular.scenes.toml.read import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.suite import stress
@@ -28,8 +27,9 @@ def register(commands: Any) -> None:
                         "hard scenes)")
     parser.add_argument("--full", action="store_true", help="run all combinations (default: a pairwise covering of the settings)")
     parser.add_argument("--scenes", nargs="+", metavar="S", help=f"the same, as an option: hard scenes are {', '.join(CASES)}")
-    parser.add_argument("--backends", nargs="+", metavar="B", help="numba, numpy or both (default: what is installed)")
-    parser.add_argument("--workers", type=int, help="processes (default: one per processor)")
+    parser.add_argument("--backends", nargs="+", type=named(BACKENDS[1:]), metavar="B",
+                        help="numba, numpy or both (default: what is installed)")
+    parser.add_argument("--workers", type=COUNT, help="processes (default: one per processor)")
     parser.add_argument("--out", type=Path, default=Path("fvkit-stress"), help="folder for the results (default fvkit-stress)")
 
 
@@ -38,10 +38,6 @@ def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> 
     for name in scenes:
         case_of(name)
         find_scene(name)
-    for name in options.backends or ():
-        validation.choice(name, "--backends", BACKENDS[1:])
-    if options.workers is not None:
-        validation.whole(options.workers, "--workers", at_least=1)
     usable_folder(options.out, "--out", WRITTEN)
     report, stopped = done_so_far(partial(stress, options.full, scenes or None, backends=options.backends,
                                           workers=options.workers, progress=tell))

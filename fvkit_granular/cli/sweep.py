@@ -2,8 +2,7 @@
 
 import argparse
 import sys
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from functools import partial
@@ -14,10 +13,10 @@ from fvkit import Keep, Samples, Scheme, sweep, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import remove, usable_folder
 from fvkit.sweeps import SweepResult
-from fvkit_granular.cli.options import scheme_of
+from fvkit_granular.cli.options import COUNT, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.toml.read import SUFFIX
-from fvkit_granular.scenes.toml.table import toml_text
+from fvkit_granular.scenes.toml.table import read_toml
 from fvkit_granular.studies.scene_run import SceneRun
 
 #: Keys of a file; those without a default must be there.
@@ -37,8 +36,8 @@ def register(commands: Any) -> None:
     parser = add_command(commands, "sweep", _sweep, "run a parameter sweep described in a TOML file",
                          "fvkit sweep drag.toml --workers 4\n\ndrag.toml:\n" + EXAMPLE)
     parser.add_argument("file", metavar="FILE", type=Path, help="the TOML file")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes (default: one per processor); with --dask the "
-                        "cluster decides")
+    parser.add_argument("--workers", type=COUNT, metavar="N",
+                        help="processes (default: one per processor); with --dask the cluster decides")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler has this address")
     parser.add_argument("--out", type=Path,
                         help="folder for the results, where a stopped sweep goes on (default fvkit-sweep-FILE)")
@@ -56,8 +55,6 @@ def _sweep(options: argparse.Namespace) -> int:
     run, keep, samples = read(options.file)
     folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
     usable_folder(folder, "--out", ("sweep.csv", "sweep.nc"))
-    if options.workers is not None:
-        validation.whole(options.workers, "--workers", at_least=1)
     with _executor(options.dask) as executor:
         result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
                                               folder=folder / "members", progress=sys.stderr.isatty()))
@@ -107,45 +104,22 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
     ValueError
         For a mistake in the file: one sentence.
     """
-    text = toml_text(path)
-    try:
-        given = tomllib.loads(text)
-    except RecursionError:
-        raise ValueError(f"{path.name} is nested too deeply") from None
-    except ValueError as error:
-        raise ValueError(f"{path.name} is not TOML: {error}") from None
-    try:
-        return _plan(given, path)
-    except (ValueError, TypeError, OSError, OverflowError, RecursionError) as error:
-        raise ValueError(f"{path.name}: {error}") from None
-
-
-def _plan(given: Mapping[str, Any], path: Path) -> tuple[SceneRun, Keep, Samples]:
-    """Return what the data of a file says, checked."""
-    for key in given:
-        validation.choice(key, "key", (*REQUIRED, *DEFAULTS))
-    for key in REQUIRED:
-        if key not in given:
-            raise ValueError(f"the key `{key}` is missing")
-    plan = {**DEFAULTS, **given}
-    model = MODELS[validation.choice(plan["model"], "model", MODELS)]
-    run = SceneRun(_scene(plan["scene"], path.parent), model, _scheme(plan["scheme"]), plan["cells"], backend=plan["backend"])
-    samples, keep = _samples(plan), Keep(plan["outputs"])
-    problem, _ = run.setup(samples[0])
-    keep.check(problem.model.observables(problem.q0, problem.aux_averages))
+    top = read_toml(path)
+    with top.located():
+        for key in top.data:
+            validation.choice(key, "key", (*REQUIRED, *DEFAULTS))
+        plan = {**DEFAULTS, **{key: top.need(key) for key in REQUIRED}, **top.data}
+        scene, model = plan["scene"], MODELS[validation.choice(plan["model"], "model", MODELS)]
+        if isinstance(scene, str) and scene.endswith(SUFFIX):
+            scene = str(path.parent / scene)
+        run = SceneRun(scene, model, _scheme(plan["scheme"]), plan["cells"], backend=plan["backend"])
+        kind, parameters = validation.choice(plan["samples"], "samples", KINDS), _flat(plan["parameters"])
+        samples = Samples.latin_hypercube(parameters, plan["members"], plan["seed"]) if kind == "latin-hypercube" else \
+            getattr(Samples, kind)(parameters)
+        problem, _ = run.setup(samples[0])
+        keep = Keep(plan["outputs"])
+        keep.check(problem.model.observables(problem.q0, problem.aux_averages))
     return run, keep, samples
-
-
-def _scene(given: Any, folder: Path) -> Any:
-    """The name of a built-in scene, or the path of a scene file, which a sweep names relative to its own folder."""
-    return str(folder / given) if isinstance(given, str) and given.endswith(SUFFIX) else given
-
-
-def _samples(plan: Mapping[str, Any]) -> Samples:
-    kind, parameters = validation.choice(plan["samples"], "samples", KINDS), _flat(plan["parameters"])
-    if kind == "latin-hypercube":
-        return Samples.latin_hypercube(parameters, plan["members"], plan["seed"])
-    return Samples.grid(parameters) if kind == "grid" else Samples.given(parameters)
 
 
 def _flat(parameters: Any, prefix: str = "") -> dict[str, Any]:

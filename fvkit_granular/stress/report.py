@@ -8,8 +8,7 @@ import attrs
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from fvkit.files import write_whole
-from fvkit.output.figures import new_axes
+from fvkit.output.figures import new_axes, save_all
 from fvkit.studies.tables import plain, table
 from fvkit_granular.stress.known_limits import LIMITS
 
@@ -85,15 +84,10 @@ class StressReport:
 
     def save(self, folder: str | Path) -> Path:
         """Write stress.json, stress.txt and stress.png into ``folder``, which is made if missing."""
-        target = Path(folder)
-        target.mkdir(parents=True, exist_ok=True)
         document = plain({"machine": self.machine, "versions": self.versions, "seconds": self.seconds, "rows": self.rows,
                           "limits": [attrs.asdict(limit) for limit in LIMITS]})
-        write_whole(target / "stress.json", lambda file: file.write(json.dumps(document, indent=1).encode()))
-        write_whole(target / "stress.txt", lambda file: file.write((self.table() + "\n\n" + self.summary() + "\n").encode()))
-        figure = self.plot()
-        write_whole(target / "stress.png", lambda file: figure.savefig(file, format="png", dpi=130))
-        return target
+        text = f"{self.table()}\n\n{self.summary()}\n"
+        return save_all(folder, {"stress.json": json.dumps(document, indent=1), "stress.txt": text, "stress.png": self.plot()})
 
 
 def _tension(check: dict[str, Any]) -> float:

@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 import fvkit as fv
 from fvkit import Model, RiemannSolver, Scheme, validation
 from fvkit.backends.compiled.numba_kernel import available
-from fvkit.files import write_whole
-from fvkit.output.figures import new_axes, style
+from fvkit.output.figures import legend_below, new_axes, save_all, style
 from fvkit.pointwise.part import public_name
 from fvkit.run.interruption import keeping
 from fvkit.studies.report import environment
@@ -108,16 +107,20 @@ class Bench:
         return result
 
     def ratios(self) -> list[str]:
-        """PyClaw's time over ours for shallow water, at each number of cells."""
-        series, lines = self.series(), []
-        ours = {order: {row["cells"]: row["ns_per_cell_step"]
-                        for row in series.get(Case("shallow-water", "roe", order, "numba"), [])} for order in (1, 2)}
-        for case, rows in series.items():
+        """Return PyClaw's time over ours for shallow water, then that of a stage of order 5 over a second-order step with Roe."""
+        pyclaw, stages = [], []
+        for case, rows in self.series().items():
+            ours = Case("shallow-water", "roe", case.order, "numba")
             if case.backend == "pyclaw":
-                found = [f"{row['ns_per_cell_step'] / ours[case.order][row['cells']]:.1f} at {row['cells']}" for row in rows
-                         if row["cells"] in ours[case.order]]
-                lines.append(f"PyClaw's Fortran ({case.riemann}) takes x our compiled Roe: {', '.join(found)} cells")
-        return lines
+                pyclaw.append(f"PyClaw's Fortran ({case.riemann}) takes x our compiled Roe: {self._over(rows, ours, 1)} cells")
+            elif case.order == 5 and (found := self._over(rows, case._replace(riemann="roe", order=2), 2)):
+                stages.append(f"{case.label}: a stage takes x a second-order Roe step: {found} cells")
+        return pyclaw + stages
+
+    def _over(self, rows: list[dict[str, Any]], other: Case, digits: int) -> str:
+        known = {row["cells"]: row["ns_per_cell_step"] for row in self.series().get(other, [])}
+        return ", ".join(f"{row['ns_per_cell_step'] / known[row['cells']]:.{digits}f} at {row['cells']}" for row in rows
+                         if row["cells"] in known)
 
     def table(self) -> str:
         """Return one line per case, a column per number of cells: median, in brackets minimum."""
@@ -129,19 +132,7 @@ class Bench:
         versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
         machine = f"{self.machine['processor']}, one thread; {versions}"
         note = "median (minimum) of interleaved repeats, stepping only"
-        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios(), *self.stages()])
-
-    def stages(self) -> list[str]:
-        """Time of a stage of order 5 over that of a second-order step with Roe's solver, at each number of cells."""
-        series, lines = self.series(), []
-        for case, rows in series.items():
-            step = series.get(case._replace(riemann="roe", order=2), [])
-            steps = {row["cells"]: row["ns_per_cell_step"] for row in step}
-            found = [f"{row['ns_per_cell_step'] / steps[row['cells']]:.2f} at {row['cells']}" for row in rows
-                     if row["cells"] in steps]
-            if case.order == 5 and found:
-                lines.append(f"{case.label}: a stage takes x a second-order Roe step: {', '.join(found)} cells")
-        return lines
+        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios()])
 
     def plot(self) -> Figure:
         """Return the picture: a panel per model."""
@@ -158,19 +149,13 @@ class Bench:
                               label=f"{case.riemann}, order {case.order}, {case.backend}")
             ax.set(title=model, xlabel="cells", ylabel="ns per cell and step")
             ax.grid(which="major", alpha=0.35)
-        handles = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, fontsize="x-small", frameon=False)
+        legend_below(figure, axes, 4, "x-small")
         return figure
 
     def save(self, folder: str | Path) -> Path:
         """Write bench.json and bench.png into ``folder``, which is made if missing."""
-        target = Path(folder)
-        target.mkdir(parents=True, exist_ok=True)
         document = {"machine": self.machine, "versions": self.versions, "rows": self.rows}
-        write_whole(target / "bench.json", lambda file: file.write(json.dumps(document, indent=1).encode()))
-        figure = self.plot()
-        write_whole(target / "bench.png", lambda file: figure.savefig(file, format="png", dpi=130))
-        return target
+        return save_all(folder, {"bench.json": json.dumps(document, indent=1), "bench.png": self.plot()})
 
 
 def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[int] = (1, 2),

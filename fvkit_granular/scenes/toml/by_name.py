@@ -16,14 +16,12 @@ from fvkit_granular.scenes.scene import Scene
 POINTS = 1001
 
 
-@lru_cache(maxsize=8)
-def _made(name: str) -> Scene:
-    return scene(name)
+_made = lru_cache(maxsize=8)(scene)
 
 
 @attrs.frozen
-class BuiltInFlow:
-    """The initial state of a built-in scene, a function of x.
+class OfBuiltIn:
+    """A part of a built-in scene.
 
     Parameters
     ----------
@@ -31,36 +29,24 @@ class BuiltInFlow:
     """
 
     name: str = field(choice, known=scene_names())
+
+
+class BuiltInFlow(OfBuiltIn):
+    """The initial state of a built-in scene, a function of x."""
 
     def __call__(self, x: np.ndarray) -> Any:
         return _made(self.name).initial(x)
 
 
-@attrs.frozen
-class BuiltInBottom:
-    """The bottom of a built-in scene, a function of x.
-
-    Parameters
-    ----------
-    name : of the scene.
-    """
-
-    name: str = field(choice, known=scene_names())
+class BuiltInBottom(OfBuiltIn):
+    """The bottom of a built-in scene, a function of x."""
 
     def __call__(self, x: np.ndarray) -> Any:
         return height(_made(self.name), x)
 
 
-@attrs.frozen
-class BuiltInReference:
-    """The reference of a built-in scene, for a scene that is the same flow up to the same time or an earlier one.
-
-    Parameters
-    ----------
-    name : of the built-in scene.
-    """
-
-    name: str = field(choice, known=scene_names())
+class BuiltInReference(OfBuiltIn):
+    """The reference of a built-in scene, for a scene that is the same flow up to the same time or an earlier one."""
 
     def __call__(self, scene: Scene) -> Reference:
         """Return the reference.
@@ -89,11 +75,7 @@ class BuiltInReference:
 
 def differences(one: Scene, other: Scene) -> list[str]:
     """Return which parts of the physics of two scenes differ, judged at ``POINTS`` points; times and names do not count."""
-    found = [name for name in ("interval", "g", "gamma") if getattr(one, name) != getattr(other, name)]
-    if one.boundary != other.boundary:
-        found.append("boundary")
-    if one.sources != other.sources:
-        found.append("sources")
+    found = [name for name in ("interval", "g", "gamma", "boundary", "sources") if getattr(one, name) != getattr(other, name)]
     if "interval" not in found:
         x = np.linspace(*one.interval, POINTS)
         found += [] if np.array_equal(height(one, x), height(other, x)) else ["bottom"]

@@ -196,9 +196,7 @@ def _times(top: Table) -> tuple[float, ...] | None:
         t_end = validation.real(top.data["t_end"], "t_end", above=0.0)
     if "count" in table.data:
         with table.located("count"):
-            count = validation.whole(table.data["count"], "count", at_least=1)
-            if count > MOST_OUTPUTS:
-                raise ValueError(f"`count` must be <= {MOST_OUTPUTS}, got {count}")
+            count = validation.whole(table.data["count"], "count", at_least=1, at_most=MOST_OUTPUTS)
         return tuple(np.linspace(0.0, t_end, count + 1)[1:].tolist())
     with table.located("times"):
         times = validation.array(table.data["times"], "times")
