@@ -1,5 +1,7 @@
 """Files: written whole or not at all."""
 
+import csv
+import io
 import os
 import tempfile
 from collections.abc import Callable, Iterable
@@ -51,6 +53,13 @@ def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace:
         temporary.unlink(missing_ok=True)
         raise
     return target
+
+
+def csv_text(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Return a table as CSV text with a header."""
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="\n").writerows([columns, *rows])
+    return buffer.getvalue()
 
 
 def remove(folder: Path, names: Iterable[str], but: Iterable[str] = ()) -> None:

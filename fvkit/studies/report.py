@@ -1,7 +1,5 @@
 """`Report`: error versus run time for many runs of one scene, as table, files and figures."""
 
-import csv
-import io
 import json
 import os
 import platform
@@ -15,6 +13,7 @@ import attrs
 import numpy as np
 
 from fvkit import validation
+from fvkit.files import csv_text
 from fvkit.studies.orders import observed
 from fvkit.studies.tables import ROUNDING, plain, table
 from fvkit.studies.work_precision import Row, WorkPrecision, time_to_reach, work_precision
@@ -234,11 +233,7 @@ class Report:
         """Return the rows as CSV text, with columns such as ``error.h`` for nested values."""
         flat = [_flat(row) for row in self.rows]
         columns = list(dict.fromkeys(key for row in flat for key in row))
-        buffer = io.StringIO()
-        writer = csv.DictWriter(buffer, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(flat)
-        return buffer.getvalue()
+        return csv_text(columns, ([row.get(name, "") for name in columns] for row in flat))
 
 
 def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:

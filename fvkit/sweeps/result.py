@@ -1,7 +1,5 @@
 """`SweepResult`: what a sweep returns, as arrays, a table, or an xarray Dataset."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit.files import write_whole
+from fvkit.files import csv_text, write_whole
 from fvkit.sweeps.member import FINISHED, Outcome
 from fvkit.sweeps.samples import Samples
 
@@ -118,11 +116,7 @@ class SweepResult:
 
     def to_csv(self) -> str:
         """Return `table` as CSV text."""
-        buffer = io.StringIO()
-        writer = csv.writer(buffer, lineterminator="\n")
-        writer.writerow(self.table)
-        writer.writerows(zip(*(column.tolist() for column in self.table.values()), strict=True))
-        return buffer.getvalue()
+        return csv_text(self.table, zip(*(column.tolist() for column in self.table.values()), strict=True))
 
     def save(self, path: str | Path) -> Path:
         """Write the table to ``.csv``, or everything to ``.nc`` (netCDF; extra ``io``); an existing file survives any failure."""

@@ -24,7 +24,7 @@ def register(commands: Any) -> None:
     add_scheme_options(parser, several=False)
     parser.add_argument("--cells", nargs="+", type=COUNT, default=[50, 100, 200, 400], metavar="N",
                         help="numbers of cells (default 50 100 200 400)")
-    one_of(parser, "--norm", tuple(NORMS), "l1")
+    parser.add_argument("--norm", default="l1", help=f"one of {', '.join(NORMS)} (default l1)")
     parser.add_argument("--expect", type=checked(float, validation.real), metavar="P",
                         help="required order of convergence between the two finest grids; exit code 1 if it is not reached")
     one_of(parser, "--backend", BACKENDS, "auto")

@@ -15,7 +15,6 @@ from fvkit_granular.scenes.scene import Scene
 #: Points at which two scenes are compared.
 POINTS = 1001
 
-
 _made = lru_cache(maxsize=8)(scene)
 
 
