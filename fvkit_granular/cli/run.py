@@ -23,7 +23,7 @@ from fvkit_granular.cli.options import add_scheme_options, common_options, pick,
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
-from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest
+from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
 
@@ -94,7 +94,7 @@ def _run(options: argparse.Namespace) -> int:
     kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
-        code = _show(scene_label(options.scene), solution, reference, options)
+        code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g))
     except OSError as error:
         error.add_note(f"the run: {solution.message}")
         error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
@@ -111,7 +111,7 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
     return tuple(np.union1d(even[~near], wanted).tolist())
 
 
-def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
+def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = results_folder(options, "run", name)
     folder.mkdir(parents=True, exist_ok=True)
@@ -136,7 +136,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
           + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
           + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
              if stats.nonhyperbolic_faces else ""))
-    slope = _slope(solution)
+    slope = max(reached, _slope(solution))
     if slope > 0.0:
         print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
     if reference is not None:
@@ -151,6 +151,8 @@ def _slope(solution: Solution) -> float:
     """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
     h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
     return steepest(solution.aux["b"], solution.grid.dx, deep(h).any(axis=0))
+
+
 def _written(options: argparse.Namespace) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
