@@ -68,12 +68,14 @@ def _compare(options: argparse.Namespace) -> int:
     if tell is not None:
         tell("")
     report.save(folder)
-    for x, y in () if stopped else options.plot_axes:
-        write_whole(folder / f"{y}-over-{x}.png", partial(report.figure(x, y).savefig, format="png", dpi=130))
-    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=() if stopped else pictures)
+    drawn = [] if stopped else pictures
+    for (x, y), picture in zip(options.plot_axes, drawn, strict=False):
+        write_whole(folder / picture, partial(report.figure(x, y).savefig, format="png", dpi=130))
+    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=drawn)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
-    print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
+    written = ["report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *dict.fromkeys(drawn)]
+    print(f"written to {folder}/: {', '.join(written)}")
     print(table[-1])
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
     return INTERRUPTED if stopped else SUCCESS if finished else FAILED

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, resume, solve, validation
+from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, load, resume, solve, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.files import remove, usable_folder, write_whole
 from fvkit.output.configuration import build
@@ -29,6 +29,9 @@ from fvkit_granular.studies.compare import deviations
 
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
+
+#: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
+UNSUCCESSFUL = "unsuccessful"
 
 #: Outputs of a film.
 FRAMES = 60
@@ -114,6 +117,8 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = results_folder(options, "run", name)
+    kept = not solution.success and _succeeded(folder)
+    folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)
     earlier, written = _earlier(folder), _written(options)
     solution.configuration[FILES] = written
@@ -143,7 +148,8 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
-    print(f"  written to {folder}/: {', '.join(written)}")
+    older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
+    print(f"  written to {folder}/: {', '.join(written)}{older}")
     return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
 
 
@@ -157,6 +163,14 @@ def _written(options: argparse.Namespace) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
     return ["solution.npz", *dict.fromkeys(f"{picture}.png" for picture in ("profile", *options.plot)), *films]
+
+
+def _succeeded(folder: Path) -> bool:
+    """Whether a folder holds the solution of a run that succeeded."""
+    try:
+        return load(folder / "solution.npz").success
+    except (OSError, ValueError):
+        return False
 
 
 def _earlier(folder: Path) -> list[str]:
