@@ -168,12 +168,3 @@ def test_a_model_without_a_bottom_runs_flat_scenes_and_refuses_others():
             scene.problem(Burgers, 10)
     with pytest.raises(ValueError, match="`aux` must be empty, got 'b': Burgers has no `aux`"):
         fv.Problem(Burgers(), fv.Grid(0.0, 1.0, 10), lambda x: x[None], 1.0, aux={"b": 0.0})
-
-
-@pytest.mark.parametrize("law", [lambda nu: gr.CoulombFriction(nu), lambda nu: gr.Voellmy(nu, 500.0)])
-def test_degrees_are_no_coefficient_of_friction(law):
-    for angle in (6.0, 10.0, 35.0, 89.0):
-        with pytest.raises(ValueError, match=r"must be finite and >= 0 and <= 5.67, got .*tan\(35 deg\) = 0.70"):
-            law(angle)
-    for angle in (0.0, 35.0, 79.9):
-        law(float(np.tan(np.radians(angle))))
