@@ -61,9 +61,9 @@ def lacks_balance(model: Model, q: Any, aux: Any, steps: Any) -> bool:
     still = tuple([0.0 * row if k in momenta else row for k, row in enumerate(q)])
     below, above = (tuple([row + side * step for row, step in zip(aux, steps, strict=True)]) for side in (-0.5, 0.5))
     with np.errstate(all="ignore"):
-        push, size = (max(float(np.max(np.abs(row))) for row in rows)
+        push, size = (np.fmax.reduce([np.fmax.reduce(np.abs(np.atleast_1d(row))) for row in rows])
                       for rows in (model.jump(still, still, below, above), answers.flux(model, still, aux)))
-    return push > ROUNDING * size
+    return bool(push > ROUNDING * size)
 
 
 def says_nothing_of_the_matrix(problem: Problem, parts: Parts) -> bool:
