@@ -1,7 +1,7 @@
 """Check what is handed out: `python .ci/check_dist.py DIST TREE`.
 
 DIST holds an sdist and the wheel built from it, TREE a wheel built from the checkout. Both wheels hold the same files, of the
-same content: the sources of both packages, py.typed, LICENSE, no more.
+same content: the sources of both packages and the start of the command, py.typed, LICENSE, no more.
 """
 
 import re
@@ -33,7 +33,7 @@ def same(what, have, want):
 def main(dist, tree):
     """Compare the names in both wheels and the sdist with those of the checkout."""
     sources = {path.relative_to(TOP).as_posix() for package in ("fvkit", "fvkit_granular") for path in (TOP / package).rglob("*")
-               if path.is_file() and path.parent.name != "__pycache__"}
+               if path.is_file() and path.parent.name != "__pycache__"} | {"fvkit_command.py"}
     same("packages", {name for name in sources if not name.endswith(".py")}, {"fvkit/py.typed", "fvkit_granular/py.typed"})
 
     records = []

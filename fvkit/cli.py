@@ -58,15 +58,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a name that the console cannot spell must not cost the result
-    parser = build_parser()
     try:
-        options = parser.parse_args(arguments)
-    except SystemExit as end:
-        return int(end.code or 0)
-    try:
+        options = build_parser().parse_args(arguments)
         with warnings.catch_warnings(), _termination_as_interrupt():
             warnings.showwarning = _warn
             return int(options.run(options))
+    except SystemExit as end:
+        return int(end.code or 0)
     except KeyboardInterrupt:
         _say("interrupted")
         return INTERRUPTED

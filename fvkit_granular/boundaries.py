@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import BoundaryCondition, Grid, Model, maximum, minimum, validation, where
 from fvkit.pointwise import combine
-from fvkit.problem.boundary import Continued, Given, beyond
+from fvkit.problem.boundary import Continued, Given, beyond, slope_beyond
 from fvkit_granular.csv_table import read_columns
 from fvkit_granular.models.beyond_the_end import falling_share, mean_speed
 from fvkit_granular.models.quantities import critical_depth
@@ -84,7 +84,7 @@ class Hydrograph(Continued):
             raise ValueError(f"`discharge` of a Hydrograph must be >= 0, which flows in, got {min(self.discharge):g}: "
                              "what flows out is for fv.Outflow or gr.FixedLevel")
         if not 0.0 <= min(self.phi) <= max(self.phi) <= 1.0:
-            raise ValueError(f"`phi` of a Hydrograph must be in [0, 1], got {list(self.phi)}")
+            raise ValueError(f"`phi` of a Hydrograph must be in [0, 1] (a fraction: 60 % is 0.6), got {list(self.phi)}")
         if min(depth) < 0.0 or ((np.array(depth) == 0.0) & (np.array(self.discharge) > 0.0)).any():
             raise ValueError(f"`depth` of a Hydrograph must be > 0 where there is a discharge, >= 0 elsewhere, got {list(depth)}")
 
@@ -167,7 +167,7 @@ class FixedLevel(Continued):
     """
 
     level: Any = attrs.field(converter=_level)
-    phi: float = validation.number(0.0, at_least=0.0, at_most=1.0)
+    phi: float = validation.number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction: 60 % is 0.6")
     times: tuple[float, ...] = validation.field(validation.row, (0.0,))
     bottom: float = attrs.field(default=0.0, init=False, repr=False)
     inward: float = attrs.field(default=1.0, init=False, repr=False)
@@ -229,7 +229,8 @@ class UniformSlope(BoundaryCondition):
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
     """
 
-    slope: float | None = validation.optional_number()
+    slope: float | None = attrs.field(default=None, converter=attrs.converters.optional(
+        lambda value: slope_beyond(value, "None: that of the last two cells")))
 
     def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
         if "b" not in model.aux:
@@ -266,7 +267,7 @@ class GivenFlow(Given):
 
     # Annotated Any, not float: float fields are parameters of pointwise code, but only `values`, plain Python, reads these.
     h: Any = validation.number(at_least=0.0, hint="depth in m")
-    phi: Any = validation.number(at_least=0.0, at_most=1.0, hint="solid fraction")
+    phi: Any = validation.number(at_least=0.0, at_most=1.0, hint="solid fraction: 60 % is 0.6")
     vs: Any = validation.number(0.0, hint="velocity in m/s")
     vf: Any = validation.number(0.0, hint="velocity in m/s")
 

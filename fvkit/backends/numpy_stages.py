@@ -54,15 +54,15 @@ class Runner:
 
 def cut(value: Any, here: Any) -> Any:
     """The same part of every array in nested tuples; scalars stay what they are."""
-    if type(value) is not tuple:
+    if not isinstance(value, tuple):
         return value[here] if type(value) is np.ndarray and value.ndim else value
     return tuple([(item[here] if item.ndim else item) if type(item) is np.ndarray
-                  else cut(item, here) if type(item) is tuple else item for item in value])
+                  else cut(item, here) if isinstance(item, tuple) else item for item in value])
 
 
 def _placed(new: Any, old: Any, places: np.ndarray, count: int) -> Any:
     """The old arrays with new values at some places, in nested tuples; constants that stay remain constants."""
-    if type(old) is tuple:
+    if isinstance(old, tuple):
         return tuple([_placed(mine, other, places, count) for mine, other in zip(new, old, strict=True)])
     if new is old:
         return old

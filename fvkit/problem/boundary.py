@@ -80,6 +80,16 @@ class BoundaryCondition(Part, ABC):
         return ()
 
 
+#: Largest slope of the ground beyond an end, the tangent of 80 degrees: more is an angle in degrees.
+STEEPEST = 5.67
+
+
+def slope_beyond(value: Any, hint: str) -> float:
+    """Return the slope of the ground beyond an end, checked."""
+    return validation.real(value, "slope", at_least=-STEEPEST, at_most=STEEPEST,
+                           hint=f"fall of the bottom per metre outwards, of 5 degrees tan(5 deg) = 0.087; {hint}")
+
+
 @attrs.frozen
 class Continued(BoundaryCondition, ABC):
     """Abstract end beyond which the aux functions go on, for models that know what flows there. Contract:
@@ -97,7 +107,7 @@ class Continued(BoundaryCondition, ABC):
     """
 
     slope: float | None = attrs.field(default=None, kw_only=True, converter=attrs.converters.optional(
-        lambda value: validation.real(value, "slope", hint="fall of the bottom per metre outwards; None: as in the last cells")))
+        lambda value: slope_beyond(value, "None: as in the last cells")))
     ground: Any = attrs.field(default=(), init=False, repr=False, eq=False)
 
     def goes_on(self, values: np.ndarray, left: bool) -> float:

@@ -162,7 +162,8 @@ class Model(Part, ABC):
     def relaxation(self, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) that keep every mass non-negative, for any data. No default.
 
-        Where a model defines it, any other solver falls back to it at faces next to dry ground.
+        Where a model defines it, any other solver falls back to it at faces next to dry ground. The ``jump`` of a scheme is what
+        sources leave of it; the whole of it is ``jump.whole``.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `relaxation`")
 

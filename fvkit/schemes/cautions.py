@@ -1,17 +1,21 @@
 """Warnings before a run: missing methods of a model that reduce the order of the scheme or its stability."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 
 from fvkit.pointwise import CHUNK, subtract
 from fvkit.problem import answers
-from fvkit.problem.model import aux_rows
+from fvkit.problem.model import Model, aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
 #: Ratio of the largest wave speed between two states to the largest speed of the two states, above which a run warns.
 BEYOND = 2.0
+
+#: A push, relative to the flux, that counts as none.
+ROUNDING = 1e-12
 
 
 def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
@@ -29,9 +33,37 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
                       "the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G, and with a linearisation of your own "
                       "`matrix_product`, the matrix A times v (fv.Model); or take order=1, or fv.MethodOfLines, which needs none",
                       RuntimeWarning, stacklevel=4)
+    steps = [np.abs(np.diff(problem.aux_averages[aux])).max(initial=0.0) for aux in problem.model.aux]
+    if parts.riemann.bounds and any(steps) and lacks_balance(problem.model, *problem.sample()[:2], steps):
+        warnings.warn(f"{name} defines a `jump` that pushes what is at rest over a step of {' or '.join(problem.model.aux)}, and "
+                      f"no `balanced_difference`: the viscosity of {type(parts.riemann).__name__} acts on qr - ql, and moves "
+                      "what is at rest there. Define `balanced_difference(ql, qr, auxl, auxr)`, 0 at rest: for a depth h over "
+                      "a bottom b, qr - ql with d(h + b) in place of dh; or take fv.Roe(), for a model with `decompose`",
+                      RuntimeWarning, stacklevel=4)
     if parts.riemann.bounds and len(problem.q0) > 1 and not answers.looks_between(problem.model):
         _check_bounds(problem, parts)
     return chosen
+
+
+def lacks_balance(model: Model, q: Any, aux: Any, steps: Any) -> bool:
+    """Whether a step of the aux values pushes states without momentum, and the model has no `balanced_difference`.
+
+    Parameters
+    ----------
+    model : the model; one without phases has no momentum to be without.
+    q, aux : tuples of components, states and their aux values.
+    steps : a step of each of these.
+    """
+    known = model.defines("balanced_difference") or not model.defines("jump") or "flux" in model.takes_aux
+    if known or not model.phases:
+        return False
+    momenta = [phase.momentum for phase in model.phases]
+    still = tuple([0.0 * row if k in momenta else row for k, row in enumerate(q)])
+    below, above = (tuple([row + side * step for row, step in zip(aux, steps, strict=True)]) for side in (-0.5, 0.5))
+    with np.errstate(all="ignore"):
+        push, size = (np.fmax.reduce([np.fmax.reduce(np.abs(np.atleast_1d(row))) for row in rows])
+                      for rows in (model.jump(still, still, below, above), answers.flux(model, still, aux)))
+    return bool(push > ROUNDING * size)
 
 
 def says_nothing_of_the_matrix(problem: Problem, parts: Parts) -> bool:

@@ -10,6 +10,7 @@ import pytest
 from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, solve
 from fvkit.problem import answers
 from fvkit.problem.questions import check_answers, samples
+from fvkit.schemes.cautions import lacks_balance
 from fvkit.schemes.method_of_lines import MethodOfLines
 from fvkit.schemes.riemann import default_riemann
 from fvkit.testing.common import BACKENDS, OnModel, check_is_data, close, matrices, need, rows, solvers
@@ -210,6 +211,12 @@ class ModelConformance(OnModel):
                 for _ in range(20):
                     stepper.step(1.0)
                 assert np.abs(stepper.q - q).max() < 1e-13 * np.abs(q).max(), scheme
+
+    def test_no_viscosity_moves_what_is_at_rest_over_a_step(self) -> None:
+        if not self.model.aux:
+            pytest.skip(f"{type(self.model).__name__} has no aux functions")
+        assert not lacks_balance(self.parts, self.drawn(1), self.given(1, COUNT), [0.1] * len(self.model.aux)), \
+            "the jump pushes what is at rest over a step of the aux functions: define `balanced_difference`, 0 at rest"
 
     def test_second_order_where_the_flow_is_smooth(self) -> None:
         for solver in solvers(self.model):

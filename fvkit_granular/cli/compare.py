@@ -58,13 +58,13 @@ def _compare(options: argparse.Namespace) -> int:
     if tell is not None:
         tell("")
     report.save(folder)
+    drawn = [] if stopped else pictures
     save_all(folder, {f"{y}-over-{x}.png": report.figure(x, y) for x, y in (() if stopped else options.plot_axes)})
-    drawn = [path.name for path in folder.glob("*-over-*.png")
-             if all(axis.partition(".")[0] in AXES for axis in path.stem.split("-over-"))]  # as --plot-axes names them
-    remove(folder, drawn, but=() if stopped else pictures)
+    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=drawn)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
-    print(f"written to {folder}/: report.json, report.csv, " + ", ".join(sorted(path.name for path in folder.glob("*.png"))))
+    written = ["report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *dict.fromkeys(drawn)]
+    print(f"written to {folder}/: {', '.join(written)}")
     print(table[-1])
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
     return INTERRUPTED if stopped else SUCCESS if finished else FAILED
@@ -78,6 +78,11 @@ def _columns(scene: Scene, models: list[Any]) -> list[str]:
         result |= dict.fromkeys(f"{column}.{name}" for column in BY_QUANTITY for name in names)
         result |= dict.fromkeys(f"mass_drift.{problem.model.conserved[row]}" for row in problem.model.mass_rows())
     return list(result)
+
+
+def _drawn_over(name: str) -> bool:
+    """Whether a picture has a name that --plot-axes gives."""
+    return all(axis.partition(".")[0] in AXES for axis in name.split("-over-"))
 
 
 def _schemes(options: argparse.Namespace) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, resume, solve, validation
+from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, load, resume, solve, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build
@@ -23,7 +23,7 @@ from fvkit_granular.cli.options import add_scheme_options, checked, common_optio
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
-from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest
+from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
 
@@ -32,6 +32,9 @@ FILES = "files"
 
 #: Extra pictures of the end, by name.
 PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
+
+#: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
+UNSUCCESSFUL = "unsuccessful"
 
 #: Outputs of a film.
 FRAMES = 60
@@ -95,7 +98,7 @@ def _run(options: argparse.Namespace) -> int:
     kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
-        code = _show(scene_label(options.scene), solution, reference, options)
+        code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g))
     except OSError as error:
         error.add_note(f"the run: {solution.message}")
         error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
@@ -112,9 +115,11 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
     return tuple(np.union1d(even[~near], wanted).tolist())
 
 
-def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace) -> int:
+def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = results_folder(options, "run", name)
+    kept = not solution.success and _succeeded(folder)
+    folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)
     earlier, written = _earlier(folder), _written(options)
     solution.configuration[FILES] = written
@@ -138,14 +143,15 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
           + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
           + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
              if stats.nonhyperbolic_faces else ""))
-    slope = _slope(solution)
+    slope = max(reached, _slope(solution))
     if slope > 0.0:
         print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
     if reference is not None:
         found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
-    print(f"  written to {folder}/: {', '.join(written)}")
+    older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
+    print(f"  written to {folder}/: {', '.join(written)}{older}")
     return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
 
 
@@ -159,6 +165,14 @@ def _written(options: argparse.Namespace) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
     return ["solution.npz", *dict.fromkeys(f"{picture}.png" for picture in ("profile", *options.plot)), *films]
+
+
+def _succeeded(folder: Path) -> bool:
+    """Whether a folder holds the solution of a run that succeeded."""
+    try:
+        return load(folder / "solution.npz").success
+    except (OSError, ValueError):
+        return False
 
 
 def _earlier(folder: Path) -> list[str]:

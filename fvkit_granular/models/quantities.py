@@ -67,7 +67,8 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
     solid = np.where(depth * fraction > 0.0, solid, 0.0)
     fluid = np.where(depth * (1.0 - fraction) > 0.0, fluid, 0.0)
     for name, value, allowed, rule in (("h", depth, depth >= 0.0, "finite and >= 0"),
-                                       ("phi", fraction, (fraction >= 0.0) & (fraction <= 1.0), "in [0, 1]"),
+                                       ("phi", fraction, (fraction >= 0.0) & (fraction <= 1.0),
+                                        "in [0, 1] (a fraction: 60 % is 0.6)"),
                                        ("vs", solid, True, "finite where there is solid"),
                                        ("vf", fluid, True, "finite where there is fluid")):
         good = np.isfinite(value) & allowed

@@ -13,7 +13,7 @@ from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
 from fvkit_granular.models.literature import PELANTI_2008
 from fvkit_granular.models.quantities import bottom, broadcast, ratio, solid_and_fluid
-from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
+from fvkit_granular.models.relaxation import before_sources, mass_and_momentum, sound_speeds
 from fvkit_granular.models.shallow_flow import ShallowFlow
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
@@ -143,7 +143,7 @@ class Reduced(ShallowFlow):
         (hl, massl, vl), (hr, massr, vr) = self.layer(ql), self.layer(qr)
         step = face_step(hl, hr, auxl[0], auxr[0])
         al, ar = sound_speeds(hl, hr, step, self.g)
-        whole = self.jump(ql, qr, auxl, auxr)[2]
+        whole = before_sources(self, ql, qr, auxl, auxr, jump)[2]
         waves, speeds, (starl, starr) = mass_and_momentum(massl, vl, massr, vr, al, ar, step, self.g, whole, jump[1:])
         (first, second, third), (s1, _, s3) = waves, speeds
         carried1 = hl * ((vl - s1) / (starl - s1 + TINY)) * starl - hl * vl

@@ -95,3 +95,9 @@ def mass_and_momentum(hl, vl, hr, vr, al, ar, step, g, whole, jump):
     first = massl - hl * vl, massl * starl - hl * vl * vl + cl * (vl - starl)
     third = hr * vr - massr, hr * vr * vr - massr * starr + cr * (vr - starr)
     return (first, (jump[0] - first[0] - third[0], jump[1] - first[1] - third[1]), third), speeds, (starl, starr)
+
+
+def before_sources(model, ql, qr, auxl, auxr, jump):
+    """Return the jump of a face before sources took their part of it: schemes hand it over with ``jump``, else it is computed."""
+    whole = getattr(jump, "whole", None)
+    return model.jump(ql, qr, auxl, auxr) if whole is None else whole

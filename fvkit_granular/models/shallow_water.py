@@ -11,7 +11,7 @@ from fvkit.pointwise.polynomial import product_slope, total
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
 from fvkit_granular.models.quantities import bottom, broadcast, ratio
-from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
+from fvkit_granular.models.relaxation import before_sources, mass_and_momentum, sound_speeds
 from fvkit_granular.models.shallow_flow import ShallowFlow
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
@@ -108,7 +108,7 @@ class ShallowWater(ShallowFlow):
         (hl, vl), (hr, vr) = self.layer(ql), self.layer(qr)
         step = face_step(hl, hr, auxl[0], auxr[0])
         al, ar = sound_speeds(hl, hr, step, self.g)
-        whole = self.jump(ql, qr, auxl, auxr)[1]
+        whole = before_sources(self, ql, qr, auxl, auxr, jump)[1]
         waves, speeds, _ = mass_and_momentum(hl, vl, hr, vr, al, ar, step, self.g, whole, jump)
         return waves, speeds
 

@@ -11,7 +11,7 @@ from fvkit import Phase, maximum, minimum, where
 from fvkit.validation import number, optional_number
 from fvkit_granular.models.beyond_the_end import deepened, deepening
 from fvkit_granular.models.quantities import bottom, broadcast, ratio, solid_and_fluid
-from fvkit_granular.models.relaxation import mass_and_momentum, sound_speeds
+from fvkit_granular.models.relaxation import before_sources, mass_and_momentum, sound_speeds
 from fvkit_granular.models.shallow_flow import ShallowFlow
 from fvkit_granular.models.wet_dry import (
     DRY_HINT,
@@ -102,7 +102,7 @@ class TwoMasses(ShallowFlow, ABC):
         (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
         al, ar = self.sound((hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr), auxl[0], auxr[0])
         step = face_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
-        _, solid, _, fluid = self.jump(ql, qr, auxl, auxr)
+        _, solid, _, fluid = before_sources(self, ql, qr, auxl, auxr, jump)
         (s1, s2, s3), s_speeds, _ = mass_and_momentum(hsl, vsl, hsr, vsr, al, ar, step, self.g, solid, jump[:2])
         (f1, f2, f3), f_speeds, _ = mass_and_momentum(hfl, vfl, hfr, vfr, al, ar, step, self.g, fluid, jump[2:])
         none = (0.0, 0.0)

@@ -6,15 +6,21 @@ g sin(theta), which is g sin(theta) cos(theta) = g b_x/(1 + b_x^2) along x: the 
 """
 
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from fvkit import Problem
+from fvkit.problem.fields import on_grid
+from fvkit.problem.model import aux_rows
 from fvkit.problem.slopes import resolved_steps
 
 #: Angle, degrees, above which a scene warns, and the share of the largest depth below which a cell is dry here.
 MILD, DRY = 15.0, 1e-3
+
+#: Times at which ends and sources that change are asked for what they bring.
+INSTANTS = 17
 
 
 class SteepSlopeWarning(UserWarning):
@@ -22,7 +28,7 @@ class SteepSlopeWarning(UserWarning):
 
 
 def steepest(b: Any, dx: float, wet: Any) -> float:
-    """Return the largest resolved slope |b_x| of the bottom in wet cells; a wall or cliff, one face high, is none.
+    """Return the largest slope |b_x| of the bottom over two wet cells, three faces; a wall or cliff, even inside a cell, is none.
 
     Parameters
     ----------
@@ -30,8 +36,8 @@ def steepest(b: Any, dx: float, wet: Any) -> float:
     dx : length of a cell, m.
     wet : (n,) which cells count.
     """
-    slopes = np.abs(resolved_steps(np.asarray(b, dtype=float))[np.asarray(wet)[1:-1]]) / dx
-    return float(slopes.max(initial=0.0))
+    steps, inner = np.abs(resolved_steps(np.asarray(b, dtype=float))), np.asarray(wet)[1:-1]
+    return float(np.minimum(steps[:-1], steps[1:])[inner[:-1] & inner[1:]].max(initial=0.0)) / dx
 
 
 def deep(h: np.ndarray) -> np.ndarray:
@@ -39,21 +45,55 @@ def deep(h: np.ndarray) -> np.ndarray:
     return h > DRY * h.max(initial=0.0)
 
 
-def within_reach(b: np.ndarray, dx: float, h: np.ndarray, speed: np.ndarray, g: float, sides: tuple[Any, Any]) -> float:
-    """Return the steepest resolved slope that a flow may reach: on ground below its highest total head h + b + v^2/(2g), or below
-    an end where flow comes in.
+def within_reach(problem: Problem, g: float) -> float:
+    """Return the steepest slope that a flow may reach: on ground below its highest total head h + b + v^2/(2g) at the start, that
+    of flow which comes in at an end, or the highest ground on which a source brings mass; 0 without a bottom or a depth.
 
     Parameters
     ----------
-    b, h, speed : (n,) bottom and depth, m, and the speed of the faster phase, m/s, at the start.
-    dx : their distance, m.
+    problem : the problem; conditions and sources that change are asked at `INSTANTS` times, and where they have breaks.
     g : gravity, m/s^2.
-    sides : boundary conditions (left, right); one that gives values to its ghosts, and is no wall, lets flow in.
     """
-    ends = [level for side, level in zip(sides, (b[0], b[-1]), strict=True)
-            if not side.closed and side.defines("values")]
-    head = (h + b + speed * speed / (2.0 * g))[deep(h)]
-    return steepest(b, dx, b <= max([*head, *ends], default=-np.inf))
+    aux = problem.aux_averages
+    if "b" not in aux or "h" not in problem.model.observables(problem.q0, aux):
+        return 0.0
+    changing = not all([side.steady for side in problem.ends] + [field.steady for field in problem.fields])
+    times = {problem.t_start, *np.linspace(problem.t_start, problem.t_end, INSTANTS if changing else 1),
+             *(t for side in problem.ends for t in side.breaks())}
+    levels = [_head(problem, problem.q0, aux, g)]
+    for t in times:
+        levels += [_entering(problem, left, t, g) for left in (True, False)] + [_fed(problem, t)]
+    return steepest(aux["b"], problem.grid.dx, aux["b"] <= np.fmax.reduce(levels))
+
+
+def _head(problem: Problem, q: np.ndarray, aux: Mapping[str, np.ndarray], g: float) -> float:
+    """The highest total head of states q (num_eqn, n), m, with the speed of the faster phase."""
+    seen = problem.model.observables(q, aux)
+    speed = np.max(np.abs([seen[name] for name in ("v", "vs", "vf") if name in seen]), axis=0, initial=0.0)
+    return float((seen["h"] + aux["b"] + speed * speed / (2.0 * g))[deep(seen["h"])].max(initial=-np.inf))
+
+
+def _entering(problem: Problem, left: bool, t: float, g: float) -> float:
+    """The total head beyond an end at time t, m; none where the end is closed or repeats the flow inside."""
+    side, model, cell = problem.ends[0 if left else 1], problem.model, slice(0, 1) if left else slice(-1, None)
+    if side.closed or not side.defines("values"):
+        return -np.inf
+    ghost = side.ghost(model, tuple(problem.q0[:, cell]), side.layer(side.values(model, t), 1))
+    near = np.array([problem.aux_averages[name][cell] for name in model.aux])
+    beyond = side.ghost_aux(model, near, np.array([problem.grid.dx]))
+    return _head(problem, np.array([np.broadcast_to(row, (1,)) for row in ghost]), dict(zip(model.aux, beyond, strict=True)), g)
+
+
+def _fed(problem: Problem, t: float) -> float:
+    """The highest dry ground on which a source brings mass at time t, m."""
+    model, aux = problem.model, problem.aux_averages
+    dry = tuple(np.zeros_like(problem.q0))
+    given = (*aux_rows(model, aux), *(row for field in problem.fields for row in field.at(t)))
+    with np.errstate(all="ignore"):
+        made = [source.step(model, dry, given, problem.t_end - problem.t_start)
+                for source in on_grid(problem.sources, problem.fields, len(model.aux))]
+    wet = [np.broadcast_to(state[row] > 0.0, aux["b"].shape) for state in made for row in model.mass_rows()]
+    return float(aux["b"][np.any(wet, axis=0)].max(initial=-np.inf)) if wet else -np.inf
 
 
 def sentence(slope: float) -> str:
@@ -69,9 +109,7 @@ def is_steep(slope: float) -> bool:
 
 def warn_of_steep_ground(problem: Problem, g: float) -> None:
     """Warn where the flow of a problem may reach ground above `MILD` degrees."""
-    seen, b = problem.model.observables(problem.q0, problem.aux_averages), problem.aux_averages["b"]
-    speed = np.max(np.abs([seen[name] for name in ("v", "vs", "vf") if name in seen]), axis=0, initial=0.0)
-    slope = within_reach(b, problem.grid.dx, seen["h"], speed, g, problem.ends) if "h" in seen else 0.0
+    slope = within_reach(problem, g)
     if is_steep(slope):
         warnings.warn(f"{sentence(slope)}, by b_x^2; they are made for slopes up to {MILD:g} degrees, and here speed and runout "
                       "come out too large", SteepSlopeWarning, stacklevel=3)

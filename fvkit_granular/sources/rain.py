@@ -11,8 +11,11 @@ import attrs
 
 from fvkit import Source, maximum, minimum
 from fvkit.pointwise import scale
-from fvkit.problem.fields import number
+from fvkit.problem.fields import is_number, number
 from fvkit.problem.sources import mass_rates, with_masses
+
+#: Largest rain or infiltration on all the ground, m/s, thousands of times the heaviest known: more is in mm/h.
+HEAVIEST = 1.0
 
 #: Said with a rate that is refused.
 UNIT = "m/s over the ground: 36 mm/h = 1e-5 m/s"
@@ -27,7 +30,8 @@ class Rain(Source):
 
     Parameters
     ----------
-    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone.
+    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone. The same
+        for all the ground it is at most 1 m/s.
     phi : solid fraction of what falls, in [0, 1].
 
     Notes
@@ -47,12 +51,15 @@ class Rain(Source):
     """
 
     intensity: float = number(hint=UNIT)
-    phi: float = number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction of what falls")
+    phi: float = number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction of what falls: 60 % is 0.6")
 
     def check(self, model: Any) -> None:
         if not callable(getattr(model, "poured", None)):
             raise ValueError(f"{type(self).__name__} asks what masses a depth of water makes, but {type(model).__name__} has no "
                              "`poured(q, solid, fluid)`: define it, or leave the rain out of `sources`")
+        if is_number(self.intensity) and abs(self.intensity) > HEAVIEST:
+            raise ValueError(f"`intensity` of {type(self).__name__} must be within -{HEAVIEST:g} and {HEAVIEST:g} where all the "
+                             f"ground has the same, got {self.intensity:g} ({UNIT})")
         super().check(model)
 
     def step(self, model, q, aux, dt):

@@ -1,10 +1,12 @@
 """`advise`: which model, scheme and number of cells a scene needs, from its initial state alone."""
 
+from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit import Outflow, Periodic, Wall, validation
+from fvkit import Grid, Outflow, Periodic, Problem, Wall, validation
+from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
 from fvkit_granular.sources.drag import ConstantDrag, Drag
@@ -110,8 +112,7 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     tol = validation.real(tol, "tol", above=0.0, below=1.0)
     state = sampled(scene)
     numbers = indicators(scene, state)
-    speed = np.maximum(np.abs(state["vs"]), np.abs(state["vf"]))
-    slope = within_reach(state["b"], state["x"][1] - state["x"][0], state["h"], speed, scene.g, scene.boundary)
+    slope = _slope(scene, state) if np.ptp(state["b"]) > 0.0 else 0.0
     beyond, rougher = _warnings(scene, state, numbers, slope)
     model = "two-phase" if beyond else decide(numbers.reduced, numbers.shallow, tol)
     grid = resolution(scene, state, numbers, two_phase=model == "two-phase")
@@ -133,6 +134,14 @@ def decide(reduced: float, shallow: float, tol: float) -> str:
     if SAFETY * shallow < tol:
         return "shallow-water"
     return "reduced" if SAFETY * reduced < tol else "two-phase"
+
+
+def _slope(scene: Scene, state: dict[str, np.ndarray]) -> float:
+    """The steepest slope that the flow of a scene may reach."""
+    model: Any = scene.model(TwoPhase)
+    q = model.conserved_from(*(state[name] for name in ("h", "phi", "vs", "vf")))
+    return within_reach(Problem(model, Grid(*scene.interval, len(state["x"])), q, scene.t_end, {"b": state["b"]}, scene.boundary,
+                                scene.sources), scene.g)
 
 
 def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,

@@ -1,5 +1,6 @@
 """A user's short model runs at once with every solver that can serve it, to full order."""
 
+import attrs
 import numpy as np
 import pytest
 
@@ -132,3 +133,63 @@ def test_a_parameter_without_decorator_is_refused_by_name():
     for arguments in ({}, {"factor": 3.0}):
         with pytest.raises(TypeError, match=r"Fast has parameters \(factor\) but no decorator: write @attrs.frozen"):
             Fast(**arguments)
+
+
+@attrs.frozen
+class Water(fv.Model):
+    """Shallow water over a bottom, whose jump vanishes at rest."""
+
+    conserved, aux, phases = ("h", "h v"), ("b",), (fv.Phase((0,), 1),)
+
+    def flux(self, q):
+        h, m = q
+        return m, m * m / h + 5.0 * h * h
+
+    def wave_speeds(self, q):
+        h, m = q
+        return m / h - np.sqrt(10.0 * h), m / h + np.sqrt(10.0 * h)
+
+    def jump(self, ql, qr, auxl, auxr):
+        (hl, ml), (hr, mr) = ql, qr
+        return mr - ml, mr * mr / hr - ml * ml / hl + 5.0 * (hl + hr) * ((hr - hl) + (auxr[0] - auxl[0]))
+
+    def cross(self, ql, qr, auxl, auxr):
+        push = 10.0 * (qr[1] - ql[1]) * (auxr[0] - auxl[0])
+        return 0.0 * push, push
+
+
+class Level(Water):
+    """The same, with a difference that vanishes at rest."""
+
+    def balanced_difference(self, ql, qr, auxl, auxr):
+        return (qr[0] - ql[0]) + (auxr[0] - auxl[0]), qr[1] - ql[1]
+
+
+BOTTOMS = {"step": np.where(np.arange(40) < 20, 0.0, 0.5), "rough": 0.5 * np.random.default_rng(3).random(40), "flat": np.full(40, 0.3)}
+
+
+@pytest.mark.parametrize("scheme", [fv.WavePropagation, lambda riemann: fv.WavePropagation(riemann, order=1), fv.MethodOfLines])
+@pytest.mark.parametrize("riemann", GENERAL, ids=name_of)
+@pytest.mark.parametrize("bottom", BOTTOMS)
+def test_a_lake_that_a_viscosity_moves_is_warned_of(bottom, riemann, scheme):
+    b = BOTTOMS[bottom]
+
+    def moved(model):
+        problem = fv.Problem(model, fv.Grid(0.0, 1.0, 40), np.stack([2.0 - b, 0.0 * b]), 0.1, {"b": b}, fv.Wall())
+        return np.abs(fv.solve(problem, scheme(riemann), backend="numpy").q[-1, 1]).max()
+
+    assert moved(Level()) < 1e-13
+    if bottom == "flat":
+        assert moved(Water()) < 1e-13
+    else:
+        with pytest.warns(RuntimeWarning, match="pushes what is at rest over a step of b, and no `balanced_difference`"):
+            assert moved(Water()) > 1e-3
+
+
+def test_the_suite_of_models_asks_for_a_balanced_difference():
+    def suite(model):
+        return type("OfWater", (fv.testing.ModelConformance,), {"model": model, "states": lambda self, rng, count: rng.uniform(1.0, 2.0, (2, count))})()
+
+    suite(Level()).test_no_viscosity_moves_what_is_at_rest_over_a_step()
+    with pytest.raises(AssertionError, match="define `balanced_difference`, 0 at rest"):
+        suite(Water()).test_no_viscosity_moves_what_is_at_rest_over_a_step()

@@ -2,6 +2,7 @@
 
 import math
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -208,3 +209,15 @@ def test_the_semi_discrete_form_is_finite_and_silent_on_dry_ground(riemann):
     assert np.isfinite(rate).all()
     assert rate[0].max() > 0.0, "the first dry cell fills"
     assert abs(rate[0].sum()) < 1e-12
+
+
+@pytest.mark.parametrize("sources", [(), gr.CoulombFriction(0.3), gr.ConstantDrag(2.0)], ids=lambda sources: type(sources).__name__)
+@pytest.mark.parametrize("kind", [gr.TwoPhase, gr.Reduced, gr.ShallowWater], ids=lambda kind: kind.__name__)
+def test_the_jump_of_a_face_is_computed_once(kind, sources, monkeypatch):
+    """The waves of a relaxation look at the jump before and after sources took their part: both are handed over."""
+    asked, jump = [], kind.jump
+    problem = attrs.evolve(gr.scene("dam-break"), sources=sources).problem(kind, 20)
+    stepper = fv.Stepper(problem, fv.WavePropagation(gr.Relaxation()), backend="numpy")
+    monkeypatch.setattr(kind, "jump", lambda *face: asked.append(face) or jump(*face))
+    stepper.step()
+    assert len(asked) == 1

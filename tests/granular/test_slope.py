@@ -2,6 +2,7 @@
 
 import warnings
 
+import attrs
 import numpy as np
 import pytest
 
@@ -50,6 +51,17 @@ def test_walls_and_cliffs_are_no_slopes(bottom):
         silent(on(bottom), cells)
 
 
+@pytest.mark.parametrize("inside", [0.0, 0.1, 0.5, 0.9])
+def test_a_cliff_inside_a_cell_is_no_slope(inside):
+    dx = 0.5
+    for bottom in (shapes.Step(30.0 + inside * dx, 4.0, 0.0), shapes.Block(50.0 + inside * dx, 20.0, 5.0),
+                   shapes.Plane(-0.1) + shapes.Step(30.0 + inside * dx, 4.0, 0.0)):
+        silent(on(bottom), round(100.0 / dx))
+    ramp = shapes.PiecewiseLinear([(0.0, 4.0), (30.0 + inside * dx, 4.0), (30.0 + (3.5 + inside) * dx, 0.0), (100.0, 0.0)])
+    with pytest.warns(gr.SteepSlopeWarning):
+        on(ramp).problem(gr.TwoPhase, round(100.0 / dx))
+
+
 def test_a_cliff_hides_no_slope():
     with pytest.warns(gr.SteepSlopeWarning, match="30 degrees"):
         on(shapes.Plane(-np.tan(np.radians(30.0))) + shapes.Block(50.0, 20.0, 5.0)).problem(gr.TwoPhase, 200)
@@ -70,9 +82,61 @@ def test_ground_counts_where_the_flow_may_come():
         on(steep, **dry, boundary=(inflow, fv.Outflow())).problem(gr.TwoPhase, 100)
 
 
+#: Flat, then up at 35 degrees from 50 m to 60 m, then flat: dry.
+BANK = shapes.PiecewiseLinear([(0.0, 0.0), (50.0, 0.0), (60.0, 7.0), (100.0, 7.0)])
+
+
+@pytest.mark.parametrize(("end", "comes"), [
+    (gr.GivenFlow(h=5.0, phi=0.5), True), (gr.GivenFlow(h=0.1, phi=0.5), False), (gr.GivenFlow(h=0.1, phi=0.5, vs=9.0, vf=9.0), True),
+    (gr.FixedLevel(5.0), True), (gr.FixedLevel(-1.0), False), (gr.FixedLevel([0.0, 5.0, 0.0], times=[0.0, 0.1, 0.2]), True),
+    (gr.FixedLevel(lambda t: 5.0 * t), True), (gr.Hydrograph([0.0, 1.0], [0.0, 30.0], [0.5]), True),
+    (gr.Hydrograph([0.0, 1.0], [0.0, 0.0], [0.5]), False), (fv.Outflow(), False), (fv.Wall(), False),
+    (fv.Inflow(lambda t: [5.0 * t, 0.0, 0.0, 0.0]), True),
+])
+@pytest.mark.parametrize("left", [True, False])
+def test_ground_that_an_inflow_may_climb_counts(end, comes, left):
+    ends, bottom = ((end, fv.Wall()), BANK) if left else ((fv.Wall(), end), lambda x: BANK(100.0 - x))
+    if not left and isinstance(end, gr.GivenFlow):
+        end = attrs.evolve(end, vs=-end.vs, vf=-end.vf)
+    scene = on(bottom, h=lambda x: 0.0 * x, boundary=ends)
+    found = scene.model(gr.TwoPhase(dry=1e-6))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene.problem(found, 100)
+    assert [issubclass(warning.category, gr.SteepSlopeWarning) for warning in caught] == [True] * comes
+
+
+@pytest.mark.parametrize(("source", "comes"), [
+    (gr.Rain(1e-5), True), (gr.Rain(-1e-5), False), (gr.Rain(0.0), False), (gr.Rain(lambda x: np.where(x > 80.0, 1e-5, 0.0)), True),
+    (gr.Rain(lambda x: np.where(x < 20.0, 1e-5, 0.0)), False), (gr.Rain(lambda x, t: 1e-5 * (t > 0.5) + 0.0 * x), True),
+    (fv.Forcing(lambda x: [1e-5 + 0.0 * x] + [0.0 * x] * 3), True), (gr.Manning(0.03), False), (gr.ConstantDrag(1.0), False),
+])
+def test_ground_that_a_source_wets_counts(source, comes):
+    scene = attrs.evolve(on(BANK, h=lambda x: 0.0 * x), sources=source)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene.problem(gr.TwoPhase, 100)
+    assert [issubclass(warning.category, gr.SteepSlopeWarning) for warning in caught] == [True] * comes
+
+
 def test_resolved_steps():
     np.testing.assert_array_equal(resolved_steps(np.array([0.0, 1.0, 3.0, 3.0, 2.0, 0.0, 5.0])), [1.0, 0.0, 0.0, -1.0, 0.0])
     assert resolved_steps(np.array([1.0])).size == resolved_steps(np.array([1.0, 2.0])).size == 0
+
+
+def test_a_run_says_what_may_get_wet_between_and_after_its_outputs(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bank.toml").write_text("""
+interval = [0, 100]
+t_end = 0.01
+initial = {h = 0, phi = 0.5}
+bottom = {shape = "piecewise-linear", points = [[0, 0], [50, 0], [60, 7], [100, 7]]}
+[boundary]
+left = {type = "inflow", h = 5, phi = 0.5}
+right = "wall"
+""")
+    main(["run", "bank.toml", "--cells", "100"])
+    assert "caution: steepest slope 35 degrees" in capsys.readouterr().out
 
 
 def test_run_and_advise_say_it(tmp_path, capsys, monkeypatch):

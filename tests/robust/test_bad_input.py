@@ -1,6 +1,7 @@
 """Bad input to every public callable: one clear error that names the argument, the value and what is allowed."""
 
 import inspect
+import re
 from collections.abc import Mapping
 from fractions import Fraction
 
@@ -121,3 +122,36 @@ def test_parts_without_arguments_take_none(part):
 def test_abstract_parts_say_what_is_missing(part):
     with pytest.raises(TypeError, match=r"abstract"):
         part()
+
+
+@pytest.mark.parametrize("law", [lambda nu: gr.CoulombFriction(nu), lambda nu: gr.Voellmy(nu, 500.0)])
+def test_degrees_are_no_coefficient_of_friction(law):
+    for angle in (2.5, 5.0, 6.0, 10.0, 35.0, 89.0):
+        with pytest.raises(ValueError, match=r"must be finite and >= 0 and <= 2, got .*tan\(35 deg\) = 0.70"):
+            law(angle)
+    for angle in (0.0, 35.0, 63.0):
+        law(float(np.tan(np.radians(angle))))
+
+
+def raining(intensity):
+    return fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 5), np.ones((2, 5)), 1.0, sources=gr.Rain(intensity))
+
+
+@pytest.mark.parametrize(("make", "mistaken", "right", "hint"), [
+    (gr.Manning, [30.0, 1.5, [0.03, 40.0]], [0.0, 0.03, 0.8, [0.03, 0.05]], "n = 1/K"),
+    (lambda xi: gr.Voellmy(0.1, xi), [1.0 / 400.0, 9.81 / 400.0, 0.0, [400.0, 0.01]], [1.0, 400.0, [100.0, 2000.0]], "not 1/xi or g/xi"),
+    (raining, [36.0, -5.0], [36e-3 / 3600.0, -1e-5, 1.0, lambda x: np.where(x < 0.2, 10.0, 0.0)], "36 mm/h = 1e-5 m/s"),
+    (lambda slope: gr.UniformSlope(slope), [10.0, -35.0], [0.1, -0.7, 5.0], "tan(5 deg) = 0.087"),
+    (lambda slope: fv.Outflow(slope=slope), [10.0, -35.0], [0.1, -0.7, None], "tan(5 deg) = 0.087"),
+    (lambda slope: gr.FixedLevel(1.0, slope=slope), [10.0, -35.0], [0.1, -0.7], "tan(5 deg) = 0.087"),
+    (lambda phi: gr.GivenFlow(1.0, phi), [60.0, 1.5], [0.6], "60 % is 0.6"), (lambda phi: gr.FixedLevel(1.0, phi), [60.0], [0.6], "60 % is 0.6"),
+    (lambda phi: gr.Hydrograph([0.0], [1.0], [phi]), [60.0], [0.6], "60 % is 0.6"), (lambda phi: gr.Rain(1e-5, phi), [60.0], [0.6], "60 % is 0.6"),
+    (lambda phi: gr.TwoPhase().conserved_from(1.0, phi), [60.0], [0.6], "60 % is 0.6"),
+    (lambda gamma: gr.TwoPhase(gamma=gamma), [2.65, 1000.0], [0.4], "density of the fluid over that of the solid"),
+], ids=["strickler", "xi", "rain", "slope", "outflow", "level", "flow", "lake", "hydrograph", "rain-phi", "state", "gamma"])
+def test_values_in_another_unit_and_inverse_ones_are_refused_with_the_fix(make, mistaken, right, hint):
+    for value in mistaken:
+        with pytest.raises(ValueError, match=re.escape(hint)):
+            make(value)
+    for value in right:
+        make(value)

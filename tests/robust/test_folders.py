@@ -30,7 +30,7 @@ def here(tmp_path, monkeypatch):
     (COMPARE, ["--plot-axes", "steps", "error.h", "--plot-axes", "cells", "seconds"]), (["sweep", "s.toml", "--workers", "1"], []),
     (["convergence", "riemann", "--cells", "10", "20"], []),
     (["bench", "--cells", "10", "--orders", "1", "--backends", "numpy", "--repeats", "1"], [])])
-def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(command, more, here, monkeypatch):
+def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(command, more, here, monkeypatch, capsys):
     monkeypatch.setattr("fvkit_granular.studies.bench.BLOCK", 1e-6)
     monkeypatch.setattr("fvkit_granular.cli.run.FRAMES", 3)
     out = here / "out"
@@ -39,7 +39,10 @@ def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(c
     own = ["notes.txt", "mine.png", "a-over-b.png", "film2.gif"]
     for name in own:
         (out / name).write_text("mine")
+    capsys.readouterr()
     assert main([*command, "--out", str(out)]) == SUCCESS
+    said = capsys.readouterr().out
+    assert not any(name in said for name in own), "a file of the user is said to be written"
     assert {name for name in names(out) if not name.startswith("fresh")} == names(out / "fresh") | set(own)
 
 
@@ -60,6 +63,38 @@ def test_a_damaged_solution_of_an_earlier_run_is_replaced(here):
     (here / "out").mkdir()
     (here / "out" / "solution.npz").write_text("no archive")
     assert main([*RUN, "--out", "out"]) == SUCCESS
+
+
+def interrupted(stepper):
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("fails", [lambda _: 1 / 0, interrupted])
+def test_a_run_that_does_not_succeed_keeps_the_result_of_one_that_did(fails, here, monkeypatch, capsys):
+    out, solve = here / "out", fv.solve
+    bad = ("fvkit_granular.cli.run.solve", lambda *given, **options: solve(*given, **options, observers=[fails]))
+
+    def contents():
+        return {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
+
+    with monkeypatch.context() as patched:
+        patched.setattr(*bad)
+        for _ in range(2):  # with no good result there, its own take the place of those of the run before
+            assert main([*RUN, "--out", str(out)]) not in (SUCCESS, MISTAKE)
+            assert names(out) == {"solution.npz", "profile.png"}
+    assert main([*RUN, "--out", str(out), "--plot", "slip"]) == SUCCESS
+    good = contents()
+    monkeypatch.setattr(*bad)
+    capsys.readouterr()
+    for _ in range(2):
+        assert main([*RUN, "--out", str(out)]) not in (SUCCESS, MISTAKE)
+        assert contents() == good
+        said = capsys.readouterr().out
+        assert f"written to {out}/unsuccessful/: solution.npz, profile.png; {out}/ keeps the result of an earlier run" in said
+        assert not fv.load(out / "unsuccessful" / "solution.npz").success
+    monkeypatch.setattr("fvkit_granular.cli.run.solve", solve)
+    assert main([*RUN, "--out", str(out)]) == SUCCESS
+    assert names(out) == {"solution.npz", "profile.png", "unsuccessful/solution.npz", "unsuccessful/profile.png"}
 
 
 def test_a_film_makes_its_folder(here, monkeypatch):
@@ -133,12 +168,3 @@ def test_a_model_without_a_bottom_runs_flat_scenes_and_refuses_others():
             scene.problem(Burgers, 10)
     with pytest.raises(ValueError, match="`aux` must be empty, got 'b': Burgers has no `aux`"):
         fv.Problem(Burgers(), fv.Grid(0.0, 1.0, 10), lambda x: x[None], 1.0, aux={"b": 0.0})
-
-
-@pytest.mark.parametrize("law", [lambda nu: gr.CoulombFriction(nu), lambda nu: gr.Voellmy(nu, 500.0)])
-def test_degrees_are_no_coefficient_of_friction(law):
-    for angle in (6.0, 10.0, 35.0, 89.0):
-        with pytest.raises(ValueError, match=r"must be finite and >= 0 and <= 5.67, got .*tan\(35 deg\) = 0.70"):
-            law(angle)
-    for angle in (0.0, 35.0, 79.9):
-        law(float(np.tan(np.radians(angle))))

@@ -137,6 +137,23 @@ def test_interrupted_stress_reports_the_runs_that_are_done(study, owner, monkeyp
     assert caught.value.result.summary()
 
 
+@pytest.mark.parametrize("module", ["numpy", "fvkit.cli", "fvkit.run.solve", "fvkit_granular", "fvkit_granular.cli.run", "matplotlib.figure"])
+def test_ctrl_c_while_the_command_is_imported_is_one_sentence(module):
+    code = f"""
+import os, signal, sys
+sys.path[:0] = {[entry for entry in sys.path if entry]!r}
+class Press:
+    def find_spec(self, name, *_):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Press())
+from fvkit_command import main
+sys.exit(main())
+"""
+    done = subprocess.run([sys.executable, "-c", code, "scenes"], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "fvkit: interrupted\n")
+
+
 STATE = (fv.Status.MAX_STEPS, 0.5, 3, 0.25, np.array([1.0, 2.0]), 7, ("h", "hv"))
 #: How the exceptions are made that take more than a sentence.
 MADE = {fv.SolveError: partial(fv.SolveError, *STATE), fv.Interrupted: partial(fv.Interrupted, *STATE),

@@ -23,6 +23,17 @@ EVEN = 4.0
 SHORT = 1e-9
 
 
+class Net(tuple):
+    """What sources leave of the jump of a face, with the ``whole`` jump: a relaxation looks at both."""
+
+    whole: Any
+
+    def __new__(cls, net, whole):
+        result = super().__new__(cls, net)
+        result.whole = whole
+        return result
+
+
 def jumps(parts, ratio, ql, qr, auxl, auxr):
     """Return the jump of a face, what sources leave of it for its waves (the same object where there are none), and the mass of
     each phase that the push acts on."""

@@ -9,7 +9,7 @@ import numpy as np
 from fvkit.pointwise import TINY, add, combine, largest_share, maximum, minimum, multiply, subtract, where
 from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.schemes.scheme import SPEED
-from fvkit.schemes.stages.driven import for_cells, jumps
+from fvkit.schemes.stages.driven import Net, for_cells, jumps
 from fvkit.schemes.stages.fluctuations import anchored, rest_of, travelling_left
 from fvkit.schemes.stages.positivity import carriers, inside, window
 
@@ -105,7 +105,7 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, left_going, right_going, fastest
     """
     whole, net, _ = jumps(parts, ratio, ql, qr, auxl, auxr)
     jump = for_cells(parts.model, ql, qr, whole, net)
-    pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, net)
+    pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, Net(net, whole))
     relaxed = travelling_left(pieces, their_speeds)
     relaxed = anchored(parts, ql, relaxed if net is whole else combine(1.0, relaxed, 0.5, subtract(jump, net)))
     shares = trust(parts, ratio, ql, qr, auxl, auxr, left_going, relaxed)

@@ -9,7 +9,7 @@ import numpy as np
 from fvkit.pointwise import combine, maximum, subtract, weighted
 from fvkit.problem.answers import mass_flux
 from fvkit.schemes.scheme import SPEED
-from fvkit.schemes.stages.driven import Restrained, for_cells, jumps, without_held
+from fvkit.schemes.stages.driven import Net, Restrained, for_cells, jumps, without_held
 
 
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
@@ -20,7 +20,7 @@ def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
     whole, net, bearing = jumps(parts, ratio, ql, qr, auxl, auxr)
     held = not all(source.between_phases for source in parts.joint)
     model = Restrained(parts.model, whole, net) if held else parts.model
-    waves, speeds = parts.riemann.solve(model, ql, qr, auxl, auxr, net)
+    waves, speeds = parts.riemann.solve(model, ql, qr, auxl, auxr, Net(net, whole))
     if net is not whole:
         waves = without_held(parts.model, whole, net, waves)
     fastest = np.abs(speeds[0])
