@@ -13,8 +13,9 @@ from importlib import import_module
 from typing import Any
 
 from fvkit.output.citation import VERSION
+from fvkit.output.load import load
+from fvkit.output.save import save
 from fvkit.output.solution import Solution
-from fvkit.output.solution_files import load, save
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import maximum, minimum, where
 from fvkit.pointwise.contract import PointwiseError

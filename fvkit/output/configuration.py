@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from importlib.metadata import entry_points
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
@@ -18,7 +18,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.files import Unreadable
 from fvkit.output.citation import VERSION, sentence
-from fvkit.output.status import Stats, Status
+from fvkit.output.status import Results, Stats, Status
 from fvkit.pointwise.part import Part
 from fvkit.problem.fields import on_grid
 from fvkit.problem.grid import Grid
@@ -28,9 +28,6 @@ from fvkit.schemes.background import deviation
 from fvkit.schemes.integrators import Integrator
 from fvkit.schemes.scheme import Scheme
 from fvkit.schemes.splitting import Splitting
-
-if TYPE_CHECKING:
-    from fvkit.output.solution import Solution
 
 #: Base classes of the objects that a file may contain.
 BASES: tuple[type, ...] = (Part, Scheme, Splitting, Integrator, Grid, Stats)
@@ -204,7 +201,7 @@ def effective(problem: Problem, scheme: Scheme, stats: Stats, status: Status, me
             "statistics": describe(stats), "citation": sentence((problem.model, scheme.riemann, *problem.sources))}
 
 
-def configuration_of(solution: "Solution") -> dict[str, Any]:
+def configuration_of(solution: Results) -> dict[str, Any]:
     """Return the configuration stored in a file: that of the solution, with everything that `fvkit.load` needs."""
     return {**solution.configuration, "model": describe(solution.model), "grid": describe(solution.grid),
             "status": solution.status.name, "message": solution.message, "statistics": describe(solution.stats)}

@@ -17,13 +17,12 @@ from fvkit.files import Unreadable, temporary_beside
 from fvkit.output.citation import VERSION, package
 from fvkit.output.configuration import configuration_of, model_and_grid, parsed
 from fvkit.output.hdf5_file import PatientFile
+from fvkit.output.status import Results
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
 
 if TYPE_CHECKING:
     from xarray import Dataset
-
-    from fvkit.output.solution import Solution
 
 
 #: Largest accepted ratio of declared content to file size: files compressed by other tools are smaller than their content.
@@ -95,7 +94,7 @@ def global_attributes(kept: Mapping[str, Any]) -> dict[str, str]:
             "configuration": json.dumps(kept, allow_nan=False)}
 
 
-def dataset(solution: "Solution") -> "Dataset":
+def dataset(solution: Results) -> "Dataset":
     """Return a solution as an ``xarray.Dataset``, see `Solution.to_xarray`."""
     xarray = _library("xarray", "to_xarray")
     model, aux = solution.model, solution.aux
@@ -220,7 +219,7 @@ class Writer:
         self.part.unlink(missing_ok=True)
 
 
-def write(solution: "Solution", path: Path) -> Path:
+def write(solution: Results, path: Path) -> Path:
     """Write a solution to a netCDF file atomically and return its path."""
     kept, part = configuration_of(solution), temporary_beside(path)
     try:

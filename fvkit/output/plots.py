@@ -4,24 +4,21 @@ import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from fvkit import validation
 from fvkit.output.figures import COLORS, new_axes
+from fvkit.output.status import Results
 from fvkit.problem.answers import wave_speeds
 from fvkit.problem.model import aux_rows
-
-if TYPE_CHECKING:
-    from fvkit.output.solution import Solution
 
 #: Fill colours of the layers above the bottom, lowest first.
 SHADES = ("#C9A66B", "#8FC1E3", "#B9B9D9")
 
 
-def plot_state(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
+def plot_state(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
     """Plot every observable of a solution at output ``i`` over x, and the bottom if it is not zero."""
     target = ax if ax is not None else new_axes()[1][0]
     x = solution.grid.centers
@@ -36,7 +33,7 @@ def plot_state(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axe
     return target
 
 
-def profile(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
+def profile(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
     """Plot the layers above the bottom at output ``i``, one colour per entry of the model's ``thicknesses``.
 
     Raises
@@ -58,13 +55,13 @@ def profile(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
     return _finish(target, solution, i, "height, m")
 
 
-def _label(solution: "Solution", name: str) -> str:
+def _label(solution: Results, name: str) -> str:
     """Return the axis label of an observable: its name, with its unit if ``Model.quantities`` contains one."""
     unit, _ = solution.model.quantities.get(name, ("", ""))
     return f"{name}, {unit}" if unit not in ("", "1") else name
 
 
-def space_time(solution: "Solution", ax: Axes | None = None, name: str | None = None) -> Axes:
+def space_time(solution: Results, ax: Axes | None = None, name: str | None = None) -> Axes:
     """Plot a space-time diagram of an observable, the first by default: colours over x and the output times."""
     target = ax if ax is not None else new_axes()[1][0]
     known = list(solution.observables(0))
@@ -79,7 +76,7 @@ def space_time(solution: "Solution", ax: Axes | None = None, name: str | None = 
     return target
 
 
-def speeds(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
+def speeds(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
     """Plot the characteristic speeds at output ``i``: all of them if the model defines ``eigenvalues``, else their bounds.
 
     Dotted lines show the real part of complex speeds.
@@ -102,7 +99,7 @@ def speeds(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
     return _finish(target, solution, i, "characteristic speed")
 
 
-def margin(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
+def margin(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
     """Plot the hyperbolicity margin at output ``i``; cells with complex speeds are shaded."""
     target = ax if ax is not None else new_axes()[1][0]
     values = solution.hyperbolicity_margin(i)
@@ -113,7 +110,7 @@ def margin(solution: "Solution", ax: Axes | None = None, i: int = -1) -> Axes:
     return _finish(target, solution, i, "hyperbolicity margin")
 
 
-def _finish(target: Axes, solution: "Solution", i: int, label: str) -> Axes:
+def _finish(target: Axes, solution: Results, i: int, label: str) -> Axes:
     target.set(xlabel="x, m", ylabel=label, title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
     target.grid(alpha=0.3)
     target.legend(fontsize="small")
@@ -121,11 +118,11 @@ def _finish(target: Axes, solution: "Solution", i: int, label: str) -> Axes:
 
 
 #: Plot functions of `Solution.plot`, by kind.
-KINDS: dict[str, Callable[["Solution", Axes | None, int], Axes]] = {
+KINDS: dict[str, Callable[[Results, Axes | None, int], Axes]] = {
     "state": plot_state, "profile": profile, "speeds": speeds, "margin": margin}
 
 
-def animate(solution: "Solution", path: str | Path, kind: str = "state", fps: int = 12, ax: Axes | None = None) -> Path:
+def animate(solution: Results, path: str | Path, kind: str = "state", fps: int = 12, ax: Axes | None = None) -> Path:
     """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
 
     Raises
@@ -167,7 +164,7 @@ def checked_film(path: str | Path) -> Path:
     return target
 
 
-def _limits(solution: "Solution", draw: Callable[["Solution", Axes | None, int], Axes]) -> tuple[float, float]:
+def _limits(solution: Results, draw: Callable[[Results, Axes | None, int], Axes]) -> tuple[float, float]:
     """Return limits of the y axis that contain every frame, (low, high)."""
     seen = [draw(solution, None, i).get_ylim() for i in range(len(solution.t))]
     return min(low for low, _ in seen), max(high for _, high in seen)

@@ -77,7 +77,7 @@ class Solution:
         ImportError
             For ``.nc`` without the extra.
         """
-        from fvkit.output.solution_files import save
+        from fvkit.output.save import save
 
         return save(self, path)
 

@@ -1,7 +1,7 @@
 """Figures of a report: error versus time, error versus cells, profiles, and any column over any other."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,11 +10,34 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from fvkit.output.figures import COLORS, legend_below, new_axes, plot_series, slope_guides, style
 from fvkit.studies.tables import ROUNDING
 
-if TYPE_CHECKING:
-    from fvkit.studies.report import Report
+
+class Compared(Protocol):
+    """Protocol of the report that the figures use."""
+
+    @property
+    def scene(self) -> str: ...
+
+    @property
+    def reference(self) -> dict[str, str]: ...
+
+    @property
+    def rows(self) -> list[dict[str, Any]]: ...
+
+    @property
+    def full_model(self) -> str: ...
+
+    @property
+    def profiles(self) -> dict[str, Any]: ...
+
+    @property
+    def bottom(self) -> tuple[np.ndarray, np.ndarray] | None: ...
+
+    def series(self) -> dict[str, list[dict[str, Any]]]: ...
+
+    def flat_series(self) -> dict[str, list[dict[str, Any]]]: ...
 
 
-def _observables(report: "Report") -> list[str]:
+def _observables(report: Compared) -> list[str]:
     """Return the first two observables with errors above round-off, else the first one."""
     largest: dict[str, float] = {}
     for row in report.rows:
@@ -23,7 +46,7 @@ def _observables(report: "Report") -> list[str]:
     return [name for name, error in largest.items() if error > ROUNDING][:2] or list(largest)[:1]
 
 
-def _series(report: "Report", name: str) -> dict[str, list[dict[str, float]]]:
+def _series(report: Compared, name: str) -> dict[str, list[dict[str, float]]]:
     """Return cells, times and errors per series, {label: rows}; an asterisk marks models other than the full model."""
     result = {}
     for label, rows in report.series().items():
@@ -33,12 +56,12 @@ def _series(report: "Report", name: str) -> dict[str, list[dict[str, float]]]:
     return result
 
 
-def _note(report: "Report") -> str:
+def _note(report: Compared) -> str:
     others = any(row["model"] != report.full_model for row in report.rows)
     return f"scene {report.scene}, reference {report.reference['kind']}" + ("; * includes the model error" if others else "")
 
 
-def error_against_time(report: "Report") -> Figure:
+def error_against_time(report: Compared) -> Figure:
     """Return a figure of the error over wall time, with the number of cells beside the markers."""
     names = _observables(report)
     figure, axes = new_axes(1, max(1, len(names)))
@@ -52,7 +75,7 @@ def error_against_time(report: "Report") -> Figure:
     return figure
 
 
-def error_against_cells(report: "Report") -> Figure:
+def error_against_cells(report: Compared) -> Figure:
     """Return a figure of the error over the number of cells, with reference slopes of order 1, 2 and the nominal orders."""
     names = _observables(report)
     figure, axes = new_axes(1, max(1, len(names)))
@@ -70,7 +93,7 @@ def error_against_cells(report: "Report") -> Figure:
     return figure
 
 
-def any_columns(report: "Report", x: str, y: str) -> Figure:
+def any_columns(report: Compared, x: str, y: str) -> Figure:
     """Return a figure of column ``y`` over column ``x``, one line per series; axes with positive values are logarithmic."""
     figure, axes = new_axes()
     ax, values = axes[0], []
@@ -88,7 +111,7 @@ def any_columns(report: "Report", x: str, y: str) -> Figure:
     return figure
 
 
-def profiles(report: "Report") -> Figure:
+def profiles(report: Compared) -> Figure:
     """Return a figure of the final observables on the finest grids, with the reference and the bottom."""
     curves = {label: profile for label, profile in report.profiles.items() if label != "reference"}
     names = list(dict.fromkeys(name for profile in report.profiles.values() for name in profile.observables))
@@ -118,12 +141,12 @@ def profiles(report: "Report") -> Figure:
     return figure
 
 
-def _finish(figure: Figure, axes: list, report: "Report") -> None:
+def _finish(figure: Figure, axes: list, report: Compared) -> None:
     figure.suptitle(_note(report), fontsize="medium")
     legend_below(figure, axes, 3, "small")
 
 
 #: {file name without extension: function of the report}.
-PICTURES: dict[str, Callable[["Report"], Figure]] = {
+PICTURES: dict[str, Callable[[Compared], Figure]] = {
     "error_time": error_against_time, "error_cells": error_against_cells, "profiles": profiles,
 }

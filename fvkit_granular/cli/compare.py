@@ -58,12 +58,12 @@ def _compare(options: argparse.Namespace) -> int:
     if tell is not None:
         tell("")
     report.save(folder)
-    drawn = [] if stopped else pictures
-    save_all(folder, {f"{y}-over-{x}.png": report.figure(x, y) for x, y in (() if stopped else options.plot_axes)})
+    drawn = {} if stopped else {f"{y}-over-{x}.png": report.figure(x, y) for x, y in options.plot_axes}
+    save_all(folder, drawn)
     remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=drawn)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
-    written = ["report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *dict.fromkeys(drawn)]
+    written = ["report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *drawn]
     print(f"written to {folder}/: {', '.join(written)}")
     print(table[-1])
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)

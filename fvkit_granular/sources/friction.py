@@ -16,6 +16,7 @@ from fvkit import Source, maximum, minimum, where
 from fvkit.pointwise import combine
 from fvkit.problem.fields import number
 from fvkit_granular.models.wet_dry import share, threshold, velocity
+from fvkit_granular.sources.plausible import caution
 
 #: Relative excess of static over dynamic friction, so that a flow that comes to rest at its angle stops in finite time.
 STICKING = 1e-6
@@ -29,8 +30,9 @@ DEEPEST = 100.0
 #: Number of iterations of `BasalFriction.slowed`, of two evaluations of the law each.
 ITERATIONS = 8
 
-#: Largest coefficient of dry friction, the tangent of 63 degrees: more is an angle in degrees, not its tangent.
-STEEPEST = 2.0
+#: Largest coefficient of dry friction, the tangent of 80 degrees: more is an angle in degrees, not its tangent; and the largest
+#: plausible one, of 63 degrees.
+STEEPEST, STEEP = 5.67, 2.0
 
 #: Said with a coefficient that is refused.
 TANGENT = "the tangent of the friction angle: tan(35 deg) = 0.70"
@@ -214,13 +216,17 @@ class CoulombFriction(BasalFriction):
 
     Parameters
     ----------
-    nu : coefficient of friction, tangent of the angle at the bed, 0 to 2 (63 degrees).
+    nu : coefficient of friction, tangent of the angle at the bed, 0 to 5.67 (80 degrees); above 2 warns.
 
     Source: the paper's model, Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, drops the term after its derivation;
     implicit clip remembered as common practice; the bound at faces is derived here.
     """
 
     nu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
+
+    def check(self, model):
+        caution(self, "nu", 0.0, STEEP, TANGENT)
+        super().check(model)
 
     def resistance(self, model, load, h, speed):
         return self.nu * load
@@ -242,14 +248,19 @@ class Voellmy(BasalFriction):
 
     Parameters
     ----------
-    mu : coefficient of dry friction, the tangent of its angle, 0 to 2 (63 degrees).
-    xi : turbulence coefficient, m/s^2, >= 1; 100 to 2000 for avalanches and debris flows (remembered).
+    mu : coefficient of dry friction, the tangent of its angle, 0 to 5.67 (80 degrees); above 2 warns.
+    xi : turbulence coefficient, m/s^2, > 0; 100 to 2000 for avalanches and debris flows (remembered); below 1 warns.
 
     Source: A. Voellmy, Schweizerische Bauzeitung 73 (1955), as remembered; closed form of the step derived here.
     """
 
     mu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
-    xi: float = number(at_least=1.0, hint="turbulence coefficient in m/s^2, by which g is divided: 100 to 2000, not 1/xi or g/xi")
+    xi: float = number(above=0.0, hint="turbulence coefficient in m/s^2")
+
+    def check(self, model):
+        caution(self, "mu", 0.0, STEEP, TANGENT)
+        caution(self, "xi", 1.0, np.inf, "the turbulence coefficient in m/s^2 is 100 to 2000, not 1/xi or g/xi")
+        super().check(model)
 
     def resistance(self, model, load, h, speed):
         return self.mu * load + model.g / self.xi / h * (speed * speed)
@@ -270,14 +281,18 @@ class Manning(BasalFriction):
 
     Parameters
     ----------
-    n : roughness, s/m^(1/3), 0 to 1; 0.01 to 0.1 for channels (remembered). Of Strickler's coefficient K it is 1/K.
+    n : roughness, s/m^(1/3), >= 0; 0.01 to 0.1 for channels (remembered); above 1 warns. Of Strickler's coefficient K it is 1/K.
 
     Source: R. Manning, 1891, as in every textbook of hydraulics; closed form of the step derived here.
     """
 
-    n: float = number(at_least=0.0, at_most=1.0, hint="roughness in s/m^(1/3): of Strickler's coefficient K, n = 1/K")
+    n: float = number(at_least=0.0, hint="roughness in s/m^(1/3)")
 
     static: ClassVar[bool] = False
+
+    def check(self, model):
+        caution(self, "n", 0.0, 1.0, "roughness in s/m^(1/3); of Strickler's coefficient K it is n = 1/K")
+        super().check(model)
 
     def resistance(self, model, load, h, speed):
         return self.strength(model, h) * (speed * speed)

@@ -11,10 +11,11 @@ import attrs
 
 from fvkit import Source, maximum, minimum
 from fvkit.pointwise import scale
-from fvkit.problem.fields import is_number, number
+from fvkit.problem.fields import number
 from fvkit.problem.sources import mass_rates, with_masses
+from fvkit_granular.sources.plausible import caution
 
-#: Largest rain or infiltration on all the ground, m/s, thousands of times the heaviest known: more is in mm/h.
+#: Largest plausible rain or infiltration, m/s, thousands of times the heaviest known: more is in mm/h.
 HEAVIEST = 1.0
 
 #: Said with a rate that is refused.
@@ -30,8 +31,8 @@ class Rain(Source):
 
     Parameters
     ----------
-    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone. The same
-        for all the ground it is at most 1 m/s.
+    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone. More
+        than 1 m/s warns, but not as a function of x.
     phi : solid fraction of what falls, in [0, 1].
 
     Notes
@@ -57,9 +58,7 @@ class Rain(Source):
         if not callable(getattr(model, "poured", None)):
             raise ValueError(f"{type(self).__name__} asks what masses a depth of water makes, but {type(model).__name__} has no "
                              "`poured(q, solid, fluid)`: define it, or leave the rain out of `sources`")
-        if is_number(self.intensity) and abs(self.intensity) > HEAVIEST:
-            raise ValueError(f"`intensity` of {type(self).__name__} must be within -{HEAVIEST:g} and {HEAVIEST:g} where all the "
-                             f"ground has the same, got {self.intensity:g} ({UNIT})")
+        caution(self, "intensity", -HEAVIEST, HEAVIEST, UNIT)
         super().check(model)
 
     def step(self, model, q, aux, dt):

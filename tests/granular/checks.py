@@ -1,7 +1,5 @@
 """What every model with two masses must pass, whatever its equations."""
 
-import copy
-
 import numpy as np
 
 import fvkit as fv
@@ -152,11 +150,3 @@ def two_layers(model, above, below):
     """Conserved state at rest of an upper and a lower layer."""
     flow = layers(above, below)
     return model.conserved_from(flow["h"], flow["phi"])
-
-
-def rough(law, **fields):
-    """A law with other coefficients, also those that its class refuses as implausible: its formulas must bear them."""
-    result = copy.copy(law)
-    for name, value in fields.items():
-        object.__setattr__(result, name, value)
-    return result

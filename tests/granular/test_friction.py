@@ -1,5 +1,6 @@
 """Friction at the bed: rest to the last bit, motion against exact solutions and an ODE solver, and every state it may meet."""
 
+import copy
 from functools import cache
 
 import attrs
@@ -13,7 +14,6 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular import exact
 from tests.cases import averages, l1, name_of, orders, solve
-from tests.granular.checks import rough
 
 MODELS = (gr.ShallowWater, gr.Reduced, gr.TwoPhase)
 SOLVERS = (gr.Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov())
@@ -305,14 +305,23 @@ def test_one_velocity_for_both_phases_is_the_law_for_the_layer():
         assert phases[1] + phases[3] == pytest.approx(layer[1], rel=1e-14)
 
 
+def rough(law, **fields):
+    """A law with other coefficients, also those that its class refuses as implausible: its formulas must bear them."""
+    result = copy.copy(law)
+    for name, value in fields.items():
+        object.__setattr__(result, name, value)
+    return result
+
+
+@pytest.mark.filterwarnings("ignore:.*and plausible from")
 def test_no_time_step_and_no_roughness_is_too_large():
     q = gr.ShallowWater().conserved_from(np.array([1e-9, 1e-3, 1.0, 50.0]), 1.0, np.array([-30.0, 1e3, -2.0, 5.0]))
-    for law in (rough(gr.Manning(0.1), n=1e3), rough(gr.Voellmy(1.0, 1.0), mu=1e3, xi=1e-3), rough(gr.CoulombFriction(1.0), nu=1e6), Power(1e3, 1e3, 3.0)):
+    for law in (gr.Manning(1e3), rough(gr.Voellmy(1.0, 1e-3), mu=1e3), rough(gr.CoulombFriction(1.0), nu=1e6), Power(1e3, 1e3, 3.0)):
         after = stepped(law, gr.ShallowWater(), q, 1e6)
         assert np.isfinite(after).all()
         assert (np.abs(after[1]) <= 1e-3 * np.abs(q[1])).all()
         assert (after[1] * q[1] >= 0.0).all()
-    strong = solve(attrs.evolve(gr.scene("dam-break"), sources=rough(gr.Manning(0.1), n=1e3)).problem(gr.ShallowWater, 50))
+    strong = solve(attrs.evolve(gr.scene("dam-break"), sources=gr.Manning(1e3)).problem(gr.ShallowWater, 50))
     assert strong.stats.steps <= solve(gr.scene("dam-break").problem(gr.ShallowWater, 50)).stats.steps
 
 
@@ -382,7 +391,7 @@ def test_a_law_below_zero_counts_as_none():
 @pytest.mark.parametrize(("call", "error", "words"), [
     (lambda: gr.CoulombFriction(-0.1), ValueError, ["`nu`", ">= 0", "-0.1"]),
     (lambda: gr.CoulombFriction("rough"), TypeError, ["`nu`", "'rough'"]),
-    (lambda: gr.Voellmy(0.1, 0.0), ValueError, ["`xi`", ">= 1"]),
+    (lambda: gr.Voellmy(0.1, 0.0), ValueError, ["`xi`", "> 0"]),
     (lambda: gr.Voellmy(0.1), TypeError, ["xi"]),
     (lambda: gr.Manning(np.inf), ValueError, ["`n`", "finite"]),
     (lambda: gr.BasalFriction(), TypeError, ["resistance"]),

@@ -126,21 +126,35 @@ def test_abstract_parts_say_what_is_missing(part):
 
 @pytest.mark.parametrize("law", [lambda nu: gr.CoulombFriction(nu), lambda nu: gr.Voellmy(nu, 500.0)])
 def test_degrees_are_no_coefficient_of_friction(law):
-    for angle in (2.5, 5.0, 6.0, 10.0, 35.0, 89.0):
-        with pytest.raises(ValueError, match=r"must be finite and >= 0 and <= 2, got .*tan\(35 deg\) = 0.70"):
+    for angle in (6.0, 10.0, 35.0, 89.0):
+        with pytest.raises(ValueError, match=r"must be finite and >= 0 and <= 5.67, got .*tan\(35 deg\) = 0.70"):
             law(angle)
-    for angle in (0.0, 35.0, 63.0):
+    for angle in (0.0, 35.0, 79.9):
         law(float(np.tan(np.radians(angle))))
 
 
-def raining(intensity):
-    return fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 5), np.ones((2, 5)), 1.0, sources=gr.Rain(intensity))
+def with_source(source):
+    return fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 2), np.ones((2, 2)), 1.0, sources=source)
+
+
+@pytest.mark.parametrize(("make", "strange", "plausible", "hint"), [
+    (gr.CoulombFriction, [2.5, 5.0, [0.3, 3.0]], [0.0, 0.7, 1.96, [0.3, 0.4]], "tan(35 deg) = 0.70"),
+    (lambda mu: gr.Voellmy(mu, 500.0), [2.5, 5.0], [0.0, 0.7, 1.96], "tan(35 deg) = 0.70"),
+    (lambda xi: gr.Voellmy(0.1, xi), [1.0 / 400.0, 9.81 / 400.0, [400.0, 0.01]], [1.0, 400.0, [100.0, 2000.0]], "not 1/xi or g/xi"),
+    (gr.Manning, [30.0, 1.5, [0.03, 40.0]], [0.0, 0.03, 0.8, [0.03, 0.05]], "n = 1/K"),
+    (gr.Rain, [36.0, -5.0, [0.0, 36.0]], [1e-5, -1e-5, 1.0, lambda x: np.where(x < 0.5, 10.0, 0.0)], "36 mm/h = 1e-5 m/s"),
+], ids=["nu", "mu", "xi", "n", "rain"])
+def test_coefficients_in_another_unit_and_inverse_ones_are_warned_of_with_the_fix(make, strange, plausible, hint):
+    for value in strange:
+        with pytest.warns(UserWarning, match=re.escape(hint)) as told:
+            with_source(make(value))
+        assert told[0].filename == __file__
+    for value in plausible:
+        with_source(make(value))
 
 
 @pytest.mark.parametrize(("make", "mistaken", "right", "hint"), [
-    (gr.Manning, [30.0, 1.5, [0.03, 40.0]], [0.0, 0.03, 0.8, [0.03, 0.05]], "n = 1/K"),
-    (lambda xi: gr.Voellmy(0.1, xi), [1.0 / 400.0, 9.81 / 400.0, 0.0, [400.0, 0.01]], [1.0, 400.0, [100.0, 2000.0]], "not 1/xi or g/xi"),
-    (raining, [36.0, -5.0], [36e-3 / 3600.0, -1e-5, 1.0, lambda x: np.where(x < 0.2, 10.0, 0.0)], "36 mm/h = 1e-5 m/s"),
+    (gr.CoulombFriction, [6.0, 35.0], [], "tan(35 deg) = 0.70"),
     (lambda slope: gr.UniformSlope(slope), [10.0, -35.0], [0.1, -0.7, 5.0], "tan(5 deg) = 0.087"),
     (lambda slope: fv.Outflow(slope=slope), [10.0, -35.0], [0.1, -0.7, None], "tan(5 deg) = 0.087"),
     (lambda slope: gr.FixedLevel(1.0, slope=slope), [10.0, -35.0], [0.1, -0.7], "tan(5 deg) = 0.087"),
@@ -148,7 +162,7 @@ def raining(intensity):
     (lambda phi: gr.Hydrograph([0.0], [1.0], [phi]), [60.0], [0.6], "60 % is 0.6"), (lambda phi: gr.Rain(1e-5, phi), [60.0], [0.6], "60 % is 0.6"),
     (lambda phi: gr.TwoPhase().conserved_from(1.0, phi), [60.0], [0.6], "60 % is 0.6"),
     (lambda gamma: gr.TwoPhase(gamma=gamma), [2.65, 1000.0], [0.4], "density of the fluid over that of the solid"),
-], ids=["strickler", "xi", "rain", "slope", "outflow", "level", "flow", "lake", "hydrograph", "rain-phi", "state", "gamma"])
+], ids=["degrees", "slope", "outflow", "level", "flow", "lake", "hydrograph", "rain-phi", "state", "gamma"])
 def test_values_in_another_unit_and_inverse_ones_are_refused_with_the_fix(make, mistaken, right, hint):
     for value in mistaken:
         with pytest.raises(ValueError, match=re.escape(hint)):

@@ -1,6 +1,5 @@
-"""Saving and loading solutions: ``.npz`` (NumPy alone) or netCDF files (with the extra ``io``)."""
+"""Loading solutions from ``.npz`` and netCDF files."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,28 +7,12 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.files import Unreadable
-from fvkit.output.configuration import configuration_of, model_and_grid, parsed, part
-from fvkit.output.npz import FORMAT, Archive, expect_format, write_archive
+from fvkit.output.configuration import model_and_grid, parsed, part
+from fvkit.output.npz import FORMAT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.output.status import Stats, Status
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
-
-
-def save(solution: Solution, path: str | Path) -> Path:
-    """Write a solution to a ``.nc`` or ``.npz`` file and return its path, see `Solution.save`."""
-    target = validation.file(path, "path")
-    if target.suffix == ".nc":
-        from fvkit.output.netcdf import write
-
-        return write(solution, target)
-    if target.suffix != ".npz":
-        raise ValueError(f"`path` must end in .npz or .nc, got {target.name!r}")
-    kept = configuration_of(solution)
-    return write_archive(target, {
-        "format": FORMAT, "t": solution.t, "q": solution.q, "x": solution.grid.centers, "edges": solution.grid.edges,
-        **{f"aux_{name}": values for name, values in solution.aux.items()},
-        "status": kept["status"], "message": kept["message"], "configuration": json.dumps(kept, allow_nan=False)})
 
 
 def load(path: str | Path) -> Solution:

@@ -1,0 +1,25 @@
+"""Saving solutions to ``.npz`` (NumPy alone) or netCDF files (with the extra ``io``)."""
+
+import json
+from pathlib import Path
+
+from fvkit import validation
+from fvkit.output.configuration import configuration_of
+from fvkit.output.npz import FORMAT, write_archive
+from fvkit.output.status import Results
+
+
+def save(solution: Results, path: str | Path) -> Path:
+    """Write a solution to a ``.nc`` or ``.npz`` file and return its path, see `Solution.save`."""
+    target = validation.file(path, "path")
+    if target.suffix == ".nc":
+        from fvkit.output.netcdf import write
+
+        return write(solution, target)
+    if target.suffix != ".npz":
+        raise ValueError(f"`path` must end in .npz or .nc, got {target.name!r}")
+    kept = configuration_of(solution)
+    return write_archive(target, {
+        "format": FORMAT, "t": solution.t, "q": solution.q, "x": solution.grid.centers, "edges": solution.grid.edges,
+        **{f"aux_{name}": values for name, values in solution.aux.items()},
+        "status": kept["status"], "message": kept["message"], "configuration": json.dumps(kept, allow_nan=False)})

@@ -1,0 +1,24 @@
+"""Cautions for coefficients that are allowed, but look like an inverse or another unit."""
+
+import warnings
+
+import numpy as np
+
+from fvkit import Source
+
+
+def caution(source: Source, name: str, least: float, most: float, mistake: str) -> None:
+    """Warn where a number, or cell averages, of a source lie outside of least..most; a function of x is not looked at.
+
+    Parameters
+    ----------
+    source : the source.
+    name : its field.
+    least, most : plausible range.
+    mistake : what the value may be instead, and the fix.
+    """
+    value = getattr(source, name)
+    strange = np.array([] if callable(value) else [item for item in np.ravel(value) if not least <= item <= most])
+    if strange.size:
+        warnings.warn(f"`{name}` of {type(source).__name__} is {strange[0]:g}, and plausible from {least:g} to {most:g}: "
+                      f"{mistake}", UserWarning, stacklevel=6)
