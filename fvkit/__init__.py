@@ -23,6 +23,7 @@ from fvkit.problem.boundary import BoundaryCondition, Inflow, Outflow, Periodic,
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, Phase
 from fvkit.problem.problem import Problem
+from fvkit.problem.side import Along
 from fvkit.problem.sources import Forcing, Source
 from fvkit.problem.teaching_models import Acoustics, Advection, Burgers
 from fvkit.run.checkpoint import Checkpoint
@@ -50,7 +51,7 @@ from fvkit.sweeps import Keep, Samples, SweepResult, sweep
 __version__ = VERSION
 
 __all__ = [
-    "ARK4", "DP5", "HLL", "MC", "MP5", "MUSCL", "SSPRK3", "SSPRK104", "WENO5", "Acoustics", "Advection", "BoundaryCondition",
+    "ARK4", "DP5", "HLL", "MC", "MP5", "MUSCL", "SSPRK3", "SSPRK104", "WENO5", "Acoustics", "Advection", "Along", "BoundaryCondition",
     "Burgers", "Checkpoint", "Convergence", "Extremes", "Forcing", "Gauge", "Godunov", "Grid", "Inflow", "Integrator",
     "Interrupted", "Keep", "Limiter", "Limits", "MethodOfLines", "Minmod", "Model", "NoLimiter", "Observer", "OrderError",
     "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann", "Reconstruction", "RiemannSolver", "Roe",

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -70,6 +70,8 @@ class Hydrograph(Continued):
     For inflow onto dry ground set the model's ``dry``, m: its default is a fraction of the largest initial depth, here 0.
     For supercritical inflow without ``depth`` the depth at the end is not controlled.
     """
+
+    still: ClassVar[bool] = True
 
     times: tuple[float, ...] = validation.field(validation.row)
     discharge: tuple[float, ...] = validation.field(validation.row)
@@ -165,6 +167,8 @@ class FixedLevel(Continued):
     times : times of the levels, s, ascending; the level is constant before the first and after the last entry.
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
     """
+
+    still: ClassVar[bool] = True
 
     level: Any = attrs.field(converter=_level)
     phi: float = validation.number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction: 60 % is 0.6")

@@ -1,6 +1,7 @@
 """Backends: who runs the stages of a scheme."""
 
 import os
+from typing import Any
 
 from fvkit import validation
 from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
@@ -8,6 +9,7 @@ from fvkit.backends.compiled.threads import SMALLEST, ThreadedKernel
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import March, Outcome
 from fvkit.backends.numpy_kernel import NumpyKernel, StagedNumpyKernel
+from fvkit.backends.numpy_sweeps import NumpyPlaneKernel
 from fvkit.pointwise.tracing import Untraceable
 from fvkit.problem.problem import Problem
 from fvkit.schemes.riemann import RiemannSolver
@@ -31,8 +33,11 @@ __all__ = [
 ]
 
 
-def array_kernel(problem: Problem, scheme: Scheme, parts: Parts) -> NumpyKernel:
-    """Return the NumPy kernel that fits a scheme."""
+def array_kernel(problem: Problem, scheme: Scheme, every: tuple[Parts, ...]) -> Any:
+    """Return the NumPy kernel that fits a problem and a scheme."""
+    if len(every) > 1:
+        return NumpyPlaneKernel(problem, scheme, every)
+    (parts,) = every
     return (NumpyKernel if scheme.time_integrator is None else StagedNumpyKernel)(problem, scheme, parts)
 
 
@@ -49,11 +54,11 @@ def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: s
     """Return a number of threads; ``"all"`` stands for the cores of this process where threads pay, else for one."""
     if threads != "all":
         return validation.whole(threads, "threads", at_least=1, hint='or "all"')
-    pays = problem.grid.num_cells >= SMALLEST and scheme.time_integrator is None and scheme.riemann.compilable and available()
+    pays = problem.grid.size >= SMALLEST and scheme.time_integrator is None and scheme.riemann.compilable and available()
     return validation.cores() if pays and backend_for(scheme.riemann, backend) != "numpy" else 1
 
 
-def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, threads: int = 1) -> Kernel:
+def make_kernel(backend: str, problem: Problem, scheme: Scheme, every: tuple[Parts, ...], threads: int = 1) -> Kernel:
     """Return the kernel of a backend; ``"auto"`` compiles where numba is at hand and the Riemann solver lets it.
 
     ``$FVKIT_BACKEND`` overrides ``"auto"``.
@@ -65,15 +70,18 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, parts: Parts, th
     Untraceable
         If a stage of the scheme needs whole arrays and is to be compiled; parts that do are refused before.
     """
+    parts = every[0]
     backend = backend_for(parts.riemann, backend)
     advice = f"unset {SWITCH}" if switched_off() else "pip install 'fvkit[fast]'"
     if backend == "numpy" or (backend == "auto" and not (available() and parts.riemann.compilable)):
         if threads > 1:
             raise ValueError(f"`threads` needs the compiled backend, got {threads} threads with NumPy: {advice}")
-        return array_kernel(problem, scheme, parts)
+        return array_kernel(problem, scheme, every)
     if not available():
         raise ValueError(f"`backend` is 'numba', which is {'switched off' if switched_off() else 'not installed'}: {advice}, or "
                          "backend='numpy'")
+    if len(every) > 1:
+        return array_kernel(problem, scheme, every)
     staged = scheme.time_integrator is not None
     if staged and threads > 1:
         raise ValueError(f"`threads` serve WavePropagation, got {threads} threads with {type(scheme).__name__}: use threads=1")

@@ -109,16 +109,7 @@ class Kernel(ABC):
         self.aux, self.aux_edges = self.inside(whole).copy(), np.concatenate([whole[:, :halo], whole[:, -halo:]], axis=1)
 
     def _side(self, left: bool) -> tuple[range, range]:
-        """Ghost cells of one side, and for each the cell that it looks at."""
-        halo, n = self.halo, self.cells
-        ghosts = range(halo) if left else range(halo + n, n + 2 * halo)
-        reads = self.problem.ends[0 if left else 1].reads
-        if reads == "opposite":
-            return ghosts, range(n, n + halo) if left else range(halo, 2 * halo)
-        if reads == "mirror":
-            return ghosts, range(2 * halo - 1, halo - 1, -1) if left else range(halo + n - 1, n - 1, -1)
-        edge = halo if left else halo + n - 1
-        return ghosts, range(edge, edge + 1)
+        return ghosts_and_seen(self.problem.ends[0 if left else 1].reads, left, self.halo, self.cells)
 
     def _outside(self, end: BoundaryCondition, cells: tuple[range, range]) -> np.ndarray:
         """The given functions on the ghost cells of one side."""
@@ -149,6 +140,17 @@ class Kernel(ABC):
     @abstractmethod
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
         """Take accepted steps until ``march.t == target``, exactly, or at most ``max_steps`` of them."""
+
+
+def ghosts_and_seen(reads: str, left: bool, halo: int, n: int) -> tuple[range, range]:
+    """Return the ghost cells of one side of n cells, and for each the cell that it looks at."""
+    ghosts = range(halo) if left else range(halo + n, n + 2 * halo)
+    if reads == "opposite":
+        return ghosts, range(n, n + halo) if left else range(halo, 2 * halo)
+    if reads == "mirror":
+        return ghosts, range(2 * halo - 1, halo - 1, -1) if left else range(halo + n - 1, n - 1, -1)
+    edge = halo if left else halo + n - 1
+    return ghosts, range(edge, edge + 1)
 
 
 def imposed(end: BoundaryCondition, model: Model, values: Any) -> tuple[Any, ...]:

@@ -120,8 +120,14 @@ class March:
             self.dt = dt
 
 
-def step_length(t: float, dt: float, target: float) -> tuple[float, bool]:
-    """Return the length of the next step, and whether it is the last before the target: steps before it are made even."""
+def step_length(t: float, dt: float, target: float, pair: bool = False) -> tuple[float, bool]:
+    """Return the length of the next step, and whether it is the last before the target: steps before it are made even.
+
+    A step that begins a ``pair`` of equal ones leaves an even number of them.
+    """
+    if pair and target - t < EVEN * dt:
+        count = ceil((target - t) / dt * SHY)
+        return (target - t) / max(2, count + count % 2), False
     if dt >= (target - t) * SHY:
         return target - t, True
     return (target - t) / ceil((target - t) / dt * SHY) if target - t < EVEN * dt else dt, False

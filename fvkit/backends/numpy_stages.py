@@ -15,7 +15,7 @@ class Runner:
 
     def __init__(self, parts: Parts, plan: Plan, lengths: set[int]) -> None:
         self.parts, self.plan = parts, plan
-        self.lows = {"q": -plan.halo, "aux": -plan.halo}
+        self.lows = dict.fromkeys(("q", "aux", "across"), -plan.halo)
         self._reads = {n: self._reading(n) for n in lengths}
 
     def run(self, fields: dict[str, Field], n: int, ratio: float, set_ends: Any = None) -> dict[str, Field]:

@@ -48,6 +48,24 @@ class Trial(NamedTuple):
 class StepwiseKernel(Kernel):
     """A kernel whose time loop runs in Python; a subclass makes one trial step."""
 
+    @property
+    def dx(self) -> float:
+        """Length to which speeds refer, m: of a cell."""
+        return self.problem.grid.dx
+
+    @property
+    def volume(self) -> float:
+        """Length or area of a cell."""
+        return self.problem.grid.cell_volume
+
+    def length(self, march: March, dt: float, target: float) -> tuple[float, bool]:
+        """Return the length of the next step, and whether it is the last before the target."""
+        return step_length(march.t, dt, target)
+
+    def following(self, march: March, dt: float, longest: float) -> float:
+        """Return the length of the step after one of length dt."""
+        return longest
+
     @abstractmethod
     def trial(self, march: March, dt: float) -> Trial:
         """Write the state after dt into ``march.next``."""
@@ -63,8 +81,8 @@ class StepwiseKernel(Kernel):
 
     def _step(self, march: March, target: float) -> Outcome:
         """Take one accepted step. Ctrl-C leaves no trace of one that is not whole, but for the count of lost faces."""
-        dx, scheme, t = self.problem.grid.dx, self.scheme, march.t
-        dt, last = step_length(t, march.dt, target)
+        dx, scheme, t = self.dx, self.scheme, march.t
+        dt, last = self.length(march, march.dt, target)
         rejected, outcome = 0, Outcome.NO_STEP
         while rejected < march.retries and (last or t + dt != t):
             report = self.trial(march, dt)
@@ -75,7 +93,7 @@ class StepwiseKernel(Kernel):
             rejected += 1
             dt, last = dt * max(scheme.cfl / cfl, SHORTEST), False
             if not self.steady:
-                dt, last = step_length(t, dt, target)
+                dt, last = self.length(march, dt, target)
         if outcome is not Outcome.PAUSED:
             march.refuse(dt, rejected)
             return outcome
@@ -89,6 +107,7 @@ class StepwiseKernel(Kernel):
                 march.refuse(dt, rejected)
                 return Outcome.LOST_HYPERBOLICITY
         following = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
-        passed = np.concatenate([dt * report.flux, dx * report.brought[None]])
+        following = self.following(march, dt, following)
+        passed = np.concatenate([dt * report.flux, self.volume * report.brought[None]])
         march.accept(target if last else t + dt, march.bounded(following), cfl, rejected, passed)
         return Outcome.PAUSED

@@ -9,6 +9,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.output.status import Stats, Status
+from fvkit.problem.directions import directions, observables
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
 
@@ -24,8 +25,8 @@ class Solution:
     Parameters
     ----------
     t : (k,) output times, s, starting with the initial time.
-    q : (k, num_eqn, num_cells) cell averages. The last state of a failed run is the last accepted one.
-    aux : cell averages of the aux functions, {name: (num_cells,)}.
+    q : (k, num_eqn, *grid.shape) cell averages. The last state of a failed run is the last accepted one.
+    aux : cell averages of the aux functions, {name: grid.shape}.
     grid, model : grid and model of the problem.
     status : `Status` at the end of the run.
     stats : `Stats` of the run.
@@ -50,12 +51,15 @@ class Solution:
         return self.status in (Status.FINISHED, Status.STOPPED)
 
     def observables(self, i: int = -1) -> dict[str, np.ndarray]:
-        """Return the observables at output ``i``, such as depth and velocity, {name: (num_cells,)}."""
-        return self.model.observables(self.q[i], self.aux)
+        """Return the observables at output ``i``, such as depth and velocity, {name: grid.shape}; with two axes
+        the components and the size of each vector: v_x, v_y, speed."""
+        return observables(self.model, self.grid, self.q[i], self.aux)
 
     def hyperbolicity_margin(self, i: int = -1) -> np.ndarray:
         """Return the hyperbolicity margin at output ``i``, (num_cells,): negative where characteristic speeds are complex."""
-        return self.model.hyperbolicity_margin(self.q[i])
+        rows = [list(one.rows) for one in directions(self.model, self.grid)]
+        found = [self.model.hyperbolicity_margin(self.q[i][row].reshape(len(row), -1)) for row in rows]
+        return np.minimum.reduce(found).reshape(self.grid.shape)
 
     def save(self, path: str | Path) -> Path:
         """Save the solution to a file that `fvkit.load` reads bit for bit; an existing file is kept if writing fails.
@@ -111,7 +115,9 @@ class Solution:
 
     def __repr__(self) -> str:
         grid, stats = self.grid, self.stats
-        return (f"<Solution of {self.model}, {grid.num_cells} cells on [{grid.lower:g}, {grid.upper:g}] m, "
+        cells = " x ".join(str(axis.num_cells) for axis in grid.axes)
+        place = " x ".join(f"[{axis.lower:g}, {axis.upper:g}]" for axis in grid.axes)
+        return (f"<Solution of {self.model}, {cells} cells on {place} m, "
                 f"{len(self.t)} outputs, t = {self.t[0]:g} .. {self.t[-1]:g} s: "
                 f"{self.status.name}, {stats.steps} steps ({stats.rejected} rejected), "
                 f"{stats.backend}, {stats.seconds:.3g} s>")
@@ -119,7 +125,7 @@ class Solution:
     def _repr_html_(self) -> str:
         """Return an HTML table for notebooks: status and statistics of the run."""
         stats = self.stats
-        rows = {"model": type(self.model).__name__, "cells": self.grid.num_cells, "t": f"{self.t[-1]:.6g}",
+        rows = {"model": type(self.model).__name__, "cells": " x ".join(str(axis.num_cells) for axis in self.grid.axes), "t": f"{self.t[-1]:.6g}",
                 "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,
                 "steps": f"{stats.steps} ({stats.rejected} rejected)", "stepping": f"{stats.seconds:.3g} s",
                 "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}

@@ -112,15 +112,18 @@ class SolveError(Portable, RuntimeError):
     state : invalid state of that cell, (num_eqn,).
     step : number of the failed step.
     names : names of the components of the state.
+    across : y of the failure, m, on a grid with two axes.
     solution : the partial `Solution`; None for a `Stepper` used without `solve`.
     """
 
     def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int,
-                 names: tuple[str, ...]) -> None:
+                 names: tuple[str, ...], across: tuple[float, ...] = ()) -> None:
         self.status, self.time, self.cell, self.x, self.state, self.step = status, time, cell, x, state, step
+        self.across = across
         self.solution: Any = None
         values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, state, strict=True))
-        at = f" in cell {cell} (x = {x:.6g}): {values}" if cell >= 0 else ""
+        place = "".join([f"x = {x:.6g}", *(f", y = {y:.6g}" for y in across)])
+        at = f" in cell {cell} ({place}): {values}" if cell >= 0 else ""
         super().__init__(f"{status.value}, at t = {time:.8g}, step {step}{at}")
 
 

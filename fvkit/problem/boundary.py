@@ -37,12 +37,16 @@ class BoundaryCondition(Part, ABC):
        ``values``. Where it is not defined, or (), the Riemann solver decides, from the ghost cells.
     7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
        from 1: ``values`` by default.
-    8. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
+    8. ``across(momenta, t)`` returns the momenta along the side that ghost cells have, from those at the velocities of the cells
+       that they look at; ``still = True`` says 0: what enters comes straight in. ``turned(direction)`` returns the condition as it is
+       in sweeps along one axis. Both on grids with two axes alone.
+    9. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 
     questions = BOUNDARY
     reads: ClassVar[str] = "nearest"
     closed: ClassVar[bool] = False
+    still: ClassVar[bool] = False
 
     @property
     def steady(self) -> bool:
@@ -74,6 +78,14 @@ class BoundaryCondition(Part, ABC):
     def mass_fluxes(self, model, values):
         """Return the flux of each mass through this end, per width, positive to the right."""
         raise NotImplementedError(f"{type(self).__name__} defines no `mass_fluxes`: the Riemann solver decides")
+
+    def turned(self, direction: Any) -> "BoundaryCondition":
+        """Return this condition as it is in sweeps along a `fvkit.problem.directions.Direction`."""
+        return self
+
+    def across(self, momenta: tuple[Any, ...], t: float) -> tuple[Any, ...]:
+        """Return the momenta along the side of ghost cells, of each phase, from those at the velocities of the cells they look at."""
+        return tuple(0.0 * item for item in momenta) if self.still else momenta
 
     def breaks(self) -> tuple[float, ...]:
         """Return the times, s, at which a step must end."""
@@ -247,6 +259,8 @@ def _state(value: Any) -> Any:
 class Given(Continued, ABC):
     """Abstract end with a given state. Contract: ``given(model, t)`` returns the conserved values, as floats."""
 
+    still: ClassVar[bool] = True
+
     @abstractmethod
     def given(self, model: Model, t: float) -> tuple[float, ...]:
         """Return the conserved values at time t, s."""
@@ -276,7 +290,7 @@ class Inflow(Given):
 
     Parameters
     ----------
-    state : (num_eqn,) conserved values, or a function t -> (num_eqn,).
+    state : (num_eqn,) conserved values, or a function t -> (num_eqn,); on a grid with two axes with the momenta along both.
     slope : see `Continued`.
 
     Notes
@@ -286,18 +300,33 @@ class Inflow(Given):
     """
 
     state: Any = attrs.field(converter=_state)
+    sweep: Any = attrs.field(default=None, init=False, repr=False, eq=False)
 
     @property
     def steady(self) -> bool:
         return not callable(self.state)
 
-    def given(self, model: Model, t: float) -> tuple[float, ...]:
+    def whole(self, model: Model, t: float) -> tuple[float, ...]:
+        """Return the state at time t, of all components."""
         if self.steady:
             given = self.state
         else:
             state: Callable[[float], Any] = self.state
             given = validation.row(state(t), f"Inflow state at t = {t:g}")
-        if len(given) != len(model.conserved):
-            raise ValueError(f"`state` of Inflow must have {len(model.conserved)} components "
-                             f"({', '.join(model.conserved)}), got {len(given)}")
+        wanted = model.conserved if self.sweep is None else self.sweep.names
+        if len(given) != len(wanted):
+            raise ValueError(f"`state` of Inflow must have {len(wanted)} components ({', '.join(wanted)}), got {len(given)}")
         return given
+
+    def given(self, model: Model, t: float) -> tuple[float, ...]:
+        whole = self.whole(model, t)
+        return whole if self.sweep is None else tuple(whole[row] for row in self.sweep.rows)
+
+    def turned(self, direction: Any) -> "Inflow":
+        result = attrs.evolve(self)
+        object.__setattr__(result, "sweep", direction)
+        return result
+
+    def across(self, momenta: tuple[Any, ...], t: float) -> tuple[Any, ...]:
+        whole = self.whole(self.sweep.model, t)
+        return tuple(whole[row] + 0.0 * item for row, item in zip(self.sweep.across + self.sweep.still, momenta, strict=True))

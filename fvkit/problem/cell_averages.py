@@ -1,4 +1,4 @@
-"""Cell averages of functions of x by Gauss-Legendre quadrature."""
+"""Cell averages of functions of x, or of x and y, by Gauss-Legendre quadrature."""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,25 +6,28 @@ from typing import Any
 import numpy as np
 
 from fvkit import validation
-from fvkit.problem.grid import Grid
+from fvkit.problem.grid import NAMES, Axis, Grid
 
-#: Nodes in a cell: exact for polynomials of degree 9, so that averages never limit a scheme here.
+#: Nodes in a cell along an axis: exact for polynomials of degree 9, so that averages never limit a scheme here.
 NODES = 5
 
 #: Where they lie, from the centre in cell lengths, and what they weigh.
 POINTS, WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(NODES))
 
+#: Nodes of a grid with two axes that a function gets at once, about.
+AT_ONCE = 2_000_000
 
-def cell_averages(function: Callable[[np.ndarray], Any], grid: Grid, rows: int | None, name: str) -> np.ndarray:
+
+def cell_averages(function: Callable[..., Any], grid: Grid, rows: int | None, name: str) -> np.ndarray:
     """Average ``function`` over every cell of ``grid``.
 
     No node lies on a cell edge, so a jump at an edge stays exactly sharp; a jump inside a cell is
-    averaged to about 1/NODES of its height. ``function`` gets the nodes of the whole grid at once, cell by cell: `levelled`
-    relies on that.
+    averaged to about 1/NODES of its height. With one axis ``function`` gets the nodes of the whole grid at once, cell by cell,
+    with two those of some rows of cells: `levelled` relies on that.
 
     Parameters
     ----------
-    function : x (m,) -> (rows, m), or (m,) and scalars when ``rows`` is None.
+    function : x (m,) -> (rows, m), or (m,) and scalars when ``rows`` is None; with two axes of x and y, each (my, mx).
     grid : the grid.
     rows : number of components that are expected, None for a scalar function.
     name : what to call the function in messages.
@@ -32,35 +35,59 @@ def cell_averages(function: Callable[[np.ndarray], Any], grid: Grid, rows: int |
     Returns
     -------
     numpy.ndarray
-        (rows, num_cells), or (num_cells,) when ``rows`` is None.
+        (rows, *grid.shape), or grid.shape when ``rows`` is None.
 
     Raises
     ------
     ValueError
         If the function returns another shape. Its own exceptions pass through.
     """
-    x = (grid.centers[:, None] + grid.dx * POINTS).ravel()
-    raw = function(x)
+    nodes = [_nodes(axis) for axis in grid.axes]
+    if len(nodes) == 1:
+        values = _values(function, nodes, rows, name)
+        return values.reshape(*values.shape[:-1], grid.num_cells, NODES) @ WEIGHTS
+    x, y = nodes
+    strip = NODES * max(1, AT_ONCE // (NODES * len(x)))
+    parts = []
+    for first in range(0, len(y), strip):
+        here = y[first:first + strip]
+        values = _values(function, [np.broadcast_to(x, (len(here), len(x))), np.broadcast_to(here[:, None], (len(here), len(x)))],
+                         rows, name)
+        cells = values.reshape(*values.shape[:-2], -1, NODES, len(x) // NODES, NODES)
+        parts.append(np.einsum("...abcd,b,d->...ac", cells, WEIGHTS, WEIGHTS))
+    return np.concatenate(parts, axis=-2)
+
+
+def _nodes(axis: Axis) -> np.ndarray:
+    return (axis.centers[:, None] + axis.dx * POINTS).ravel()
+
+
+def _values(function: Callable[..., Any], places: list[np.ndarray], rows: int | None, name: str) -> np.ndarray:
+    """What a function returns at places, checked."""
+    raw, shape, call = function(*places), places[0].shape, f"`{name}({', '.join(NAMES[:len(places)])})`"
     if not isinstance(raw, (np.ndarray, list, tuple)):
-        raw = validation.floats(raw, f"{name}(x)")
-    wanted = (x.size,) if rows is None else (rows, x.size)
+        raw = validation.floats(raw, call.strip("`"))
+    wanted = shape if rows is None else (rows, *shape)
     given = _shape(raw)
     scalars = rows is None and given == ()
     if given != wanted and not scalars:
-        raise ValueError(f"`{name}(x)` must return shape {wanted} for x of shape {x.shape}, got {given}"
+        raise ValueError(f"{call} must return shape {wanted} for {' and '.join(NAMES[:len(places)])} of shape {shape}, got {given}"
                          + ("; broadcast constants with np.full_like(x, value)" if given[:1] == wanted[:1] else ""))
-    values = np.broadcast_to(validation.floats(raw, f"{name}(x)"), wanted)
-    return values.reshape(*wanted[:-1], grid.num_cells, NODES) @ WEIGHTS
+    return np.broadcast_to(validation.floats(raw, call.strip("`")), wanted)
 
 
 def levelled(depth: np.ndarray) -> np.ndarray:
-    """Return depths (m,) at the nodes of cells, level minus bottom, as they are in cells that are wet everywhere, and else
+    """Return depths at the nodes of cells, level minus bottom, as they are in cells that are wet everywhere, and else
     max(mean depth, 0): the depth of that level over the mean bottom.
 
     The mean of max(level - bottom, 0) lies higher over the mean bottom than the level: a lake would not be at rest at its shore.
     """
-    cells = depth.reshape(-1, NODES)
-    return np.where((cells < 0.0).any(axis=1, keepdims=True), np.maximum(cells @ WEIGHTS, 0.0)[:, None], cells).ravel()
+    if depth.ndim == 1:
+        cells = depth.reshape(-1, NODES)
+        return np.where((cells < 0.0).any(axis=1, keepdims=True), np.maximum(cells @ WEIGHTS, 0.0)[:, None], cells).ravel()
+    blocks = depth.reshape(depth.shape[0] // NODES, NODES, depth.shape[1] // NODES, NODES)
+    mean = np.einsum("abcd,b,d->ac", blocks, WEIGHTS, WEIGHTS)[:, None, :, None]
+    return np.where((blocks < 0.0).any(axis=(1, 3), keepdims=True), np.maximum(mean, 0.0), blocks).reshape(depth.shape)
 
 
 def _shape(raw: Any) -> tuple[int, ...]:

@@ -29,10 +29,11 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
             return value
         if validation.is_single(value):
             return validation.real(value, field.alias, hint=hint or "or cell averages, a function of x, or of (x, t)", **bounds)
-        averages = validation.series(value, field.alias, "[0.4, 0.5]")
+        averages = value if getattr(value, "ndim", 1) == 2 else validation.series(value, field.alias, "[0.4, 0.5]")
+        averages = validation.array(averages, field.alias)
         for cell in (int(np.argmin(averages)), int(np.argmax(averages))):
-            validation.real(averages[cell], f"{field.alias}[{cell}]", hint=hint, **bounds)
-        return tuple(averages.tolist())
+            validation.real(averages.flat[cell], f"{field.alias}[{cell}]", hint=hint, **bounds)
+        return tuple(map(tuple, averages.tolist())) if averages.ndim == 2 else tuple(averages.tolist())
 
     return attrs.field(default=default, alias=alias, converter=attrs.Converter(convert, takes_field=True), repr=validation.shown)
 
@@ -46,13 +47,13 @@ def is_number(value: Any) -> bool:
     return value is None or isinstance(value, (float, int, np.number))
 
 
-def takes_time(function: Callable[..., Any]) -> bool:
-    """Whether a function asks for t behind x: two arguments without a default."""
+def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
+    """Whether a function asks for t behind its places: one argument more without a default."""
     try:
         given = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # a ufunc of NumPy, say
         return False
-    return sum(one.default is one.empty and one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) for one in given) == 2
+    return sum(one.default is one.empty and one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) for one in given) == axes + 1
 
 
 @attrs.frozen(eq=False)
@@ -88,7 +89,7 @@ class Field:
     @property
     def steady(self) -> bool:
         """Whether it is the same at all times."""
-        return not (callable(self.given) and takes_time(self.given))
+        return not (callable(self.given) and takes_time(self.given, len(self.grid.axes)))
 
     @property
     def size(self) -> int:
@@ -99,10 +100,10 @@ class Field:
         """Return its cell averages at time t, (size, num_cells); ValueError, with cell and x, for one that the source refuses."""
         if self._kept is not None:
             return np.asarray(self._kept)
-        label, given, cells = f"{self.alias} of {type(self.source).__name__}", self.given, (self.grid.num_cells,)
+        label, given, cells = f"{self.alias} of {type(self.source).__name__}", self.given, self.grid.shape
         shape = cells if self.components is None else (self.components, *cells)
         if callable(given):
-            given = cell_averages(given if self.steady else lambda x: self.given(x, t), self.grid, self.components, label)
+            given = cell_averages(given if self.steady else lambda *places: self.given(*places, t), self.grid, self.components, label)
         values = validation.array(given, label, shape).reshape(self.size, *cells)
         if self.components is None:
             self._check(values[0])
@@ -114,10 +115,10 @@ class Field:
         """Let the source itself judge the least and the largest value."""
         for cell in (int(np.argmin(values)), int(np.argmax(values))):
             try:
-                attrs.evolve(self.source, **{self.alias: float(values[cell])})
+                attrs.evolve(self.source, **{self.alias: float(values.flat[cell])})
             except (TypeError, ValueError) as error:
                 raise ValueError(f"{error}; it is that of {type(self.source).__name__} in cell {cell} at "
-                                 f"x = {self.grid.centers[cell]:g}") from None
+                                 f"{self.grid.located(cell)}") from None
 
 
 def varying_over(grid: Grid, sources: Sequence[Any], components: int, t: float) -> tuple[Field, ...]:
@@ -137,7 +138,7 @@ def averages(found: Sequence[Field], t: float) -> np.ndarray:
 def with_numbers(source: Any, found: Sequence[Field], t: float) -> Any:
     """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
     own = [field for field in found if field.source is source]
-    return _seen(source, type(source), {field.name: _values(field.at(t)[:, 0].tolist(), field.components) for field in own})
+    return _seen(source, type(source), {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own})
 
 
 def on_grid(sources: Sequence[Any], found: Sequence[Field], own: int) -> tuple[Any, ...]:

@@ -1,11 +1,15 @@
-"""`Grid` and its `Axis`: intervals cut into equal cells."""
+"""`Grid` and its `Axis`: intervals and rectangles cut into equal cells."""
 
 from math import prod
+from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit.validation import integer, number
+from fvkit.validation import integer, number, real, whole
+
+#: Names of the axes of a grid.
+NAMES = ("x", "y")
 
 
 @attrs.frozen
@@ -54,24 +58,36 @@ class Axis:
         return 0.5 * (edges[:-1] + edges[1:])
 
 
+def _of_axes(check: Any, **rules: Any) -> Any:
+    """Return the converter of a number, or of one number per axis."""
+    def convert(value: Any, field: Any) -> Any:
+        if not isinstance(value, (tuple, list)):
+            return check(value, field.name, **rules)
+        if len(value) != len(NAMES):
+            raise ValueError(f"`{field.name}` must be a number, or a pair (x, y) for a grid with two axes, got {len(value)} numbers")
+        return tuple(check(item, f"{field.name}[{k}]", **rules) for k, item in enumerate(value))
+
+    return attrs.Converter(convert, takes_field=True)
+
+
 @attrs.frozen
 class Grid:
-    """A uniform grid of ``num_cells`` cells on [lower, upper].
+    """A uniform grid: equal cells on an interval, or equal rectangles on a rectangle.
 
     Parameters
     ----------
-    lower, upper : ends of the interval, m, lower < upper.
-    num_cells : number of cells, at least 1.
+    lower, upper : ends of the interval, m, lower < upper; with two axes pairs (x, y).
+    num_cells : number of cells, at least 1; with two axes a pair (nx, ny).
 
     Attributes
     ----------
     axes : tuple of Axis
-        The directions of the grid.
+        The directions of the grid, x first.
 
     Raises
     ------
     ValueError, TypeError
-        As `Axis`.
+        As `Axis`, or if one argument is a pair and another is not.
 
     Examples
     --------
@@ -79,15 +95,23 @@ class Grid:
     >>> grid = fv.Grid(0.0, 10.0, 50)
     >>> grid.shape, grid.cell_volume, float(grid.centers[0])
     ((50,), 0.2, 0.1)
+    >>> fv.Grid((0.0, 0.0), (10.0, 4.0), (50, 10)).shape
+    (10, 50)
     """
 
-    lower: float = number()
-    upper: float = number()
-    num_cells: int = integer(at_least=1, hint="the number of cells")
+    lower: Any = attrs.field(converter=_of_axes(real))
+    upper: Any = attrs.field(converter=_of_axes(real))
+    num_cells: Any = attrs.field(converter=_of_axes(whole, at_least=1, hint="the number of cells"))
     axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:
-        object.__setattr__(self, "axes", (Axis(self.lower, self.upper, self.num_cells),))
+        given = (self.lower, self.upper, self.num_cells)
+        pairs = [isinstance(item, tuple) for item in given]
+        if any(pairs) != all(pairs):
+            raise ValueError("`lower`, `upper` and `num_cells` must be three numbers, or three pairs (x, y) for two axes, got "
+                             f"Grid({self.lower}, {self.upper}, {self.num_cells})")
+        axes = zip(*given, strict=True) if all(pairs) else (given,)
+        object.__setattr__(self, "axes", tuple(Axis(*one) for one in axes))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -95,21 +119,41 @@ class Grid:
         return tuple(axis.num_cells for axis in self.axes[::-1])
 
     @property
+    def size(self) -> int:
+        """Number of all cells."""
+        return prod(self.shape)
+
+    @property
     def cell_volume(self) -> float:
-        """Length of a cell, m."""
+        """Length of a cell, m; with two axes its area, m^2."""
         return prod(axis.dx for axis in self.axes)
+
+    def place(self, cell: int) -> tuple[float, ...]:
+        """Return the centre of a cell, m, from its number in arrays of cells: x, or x and y."""
+        here = np.unravel_index(cell, self.shape)[::-1]
+        return tuple(float(axis.centers[k]) for axis, k in zip(self.axes, here, strict=True))
+
+    def located(self, cell: int) -> str:
+        """Return the place of a cell in words, such as "x = 2.5, y = 1"."""
+        return ", ".join(f"{name} = {value:g}" for name, value in zip(NAMES, self.place(cell), strict=False))
+
+    @property
+    def _only(self) -> Axis:
+        if len(self.axes) > 1:
+            raise AttributeError("a grid with two axes has `dx`, `edges` and `centers` of each: grid.axes[0].dx")
+        return self.axes[0]
 
     @property
     def dx(self) -> float:
-        """Width of a cell, m."""
-        return self.axes[0].dx
+        """Width of a cell, m; of a grid with one axis."""
+        return self._only.dx
 
     @property
     def edges(self) -> np.ndarray:
-        """Cell edges, (num_cells + 1,)."""
-        return self.axes[0].edges
+        """Cell edges, (num_cells + 1,); of a grid with one axis."""
+        return self._only.edges
 
     @property
     def centers(self) -> np.ndarray:
-        """Cell centres, (num_cells,)."""
-        return self.axes[0].centers
+        """Cell centres, (num_cells,); of a grid with one axis."""
+        return self._only.centers

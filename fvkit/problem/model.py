@@ -47,6 +47,10 @@ class Model(Part, ABC):
        states between are looked at where speeds are not monotone around the initial state; a system is warned of.
     8. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
        such as {"u": ("m s-1", "velocity")}; names that are missing go without a unit.
+    9. On a grid with two axes a sweep along each sees these equations. Momenta of ``phases`` have a row along each axis. Of a model
+       without phases ``vectors`` names rows that are components of one vector: ((1, 2),) for one whose sweeps see both components,
+       such as the momenta of gas dynamics, the second across; ((1,),) for one whose component across rests in a sweep, such as the
+       velocity of sound. A law that differs between the axes answers ``along(axis)``. ``dimensions`` is the most axes that it serves.
 
     Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
     """
@@ -55,6 +59,8 @@ class Model(Part, ABC):
     conserved: ClassVar[tuple[str, ...]] = ()
     aux: ClassVar[tuple[str, ...]] = ()
     phases: ClassVar[tuple[Phase, ...]] = ()
+    vectors: ClassVar[tuple[tuple[int, ...], ...]] = ()
+    dimensions: ClassVar[int] = 2
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
     #: Whether speeds between two states are looked at: where those of a scalar law are not monotone, see `fvkit.schemes.fitting`.
     scans: ClassVar[bool] = False
@@ -196,6 +202,10 @@ class Model(Part, ABC):
     def may_lose_hyperbolicity(self, ql, qr):
         """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; that is then not computed."""
         raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
+
+    def along(self, axis: int) -> "Model":
+        """Return the equations along an axis, 0 for x and 1 for y: these ones, where they are the same in all directions."""
+        return self
 
     def resolved(self, q0: np.ndarray) -> "Model":
         """Return this model with the parameters that were left open (None) set to fit the initial state q0."""

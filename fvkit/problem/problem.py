@@ -12,8 +12,10 @@ from fvkit.problem import answers, questions
 from fvkit.problem.boundary import BoundaryCondition, Outflow
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.fields import Field, varying_over, with_numbers
+from fvkit.problem.directions import Direction, component_names, directions, mass_places
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, aux_rows
+from fvkit.problem.side import Section, four_sides, sections
 from fvkit.problem.sources import Source
 
 #: Floats per cell and component that a problem takes at least: nodes of a quadrature, values there, and averages.
@@ -60,25 +62,33 @@ class Problem:
     model : the equations.
     grid : the cells.
     initial : function x (m,) -> (num_eqn, m) of conserved values, averaged over cells by quadrature; or an array
-        (num_eqn, num_cells) of cell averages.
+        (num_eqn, num_cells) of cell averages. On a grid with two axes a function of x and y, each (my, mx) -> (num_eqn, my, mx),
+        or an array (num_eqn, ny, nx), with a row for the momentum along each axis: (masses, momentum x, momentum y) per phase.
     t_end : end time, s, after ``t_start``.
     aux : {name: function of x, (num_cells,) cell averages, or number}; names that the model knows, 0 where missing.
-    boundary : one condition, (left, right), or {"left": condition, "right": condition}, where a missing side is `Outflow`.
+    boundary : one condition, (left, right), or {"left": condition, "right": condition}, where a missing side is `Outflow`. With
+        two axes the sides are (west, east, south, north), and each may be an `Along`.
     sources : a `Source` or a sequence of them.
     t_start : start time, s.
     background : a steady flow that schemes keep to rounding, so that small waves on it are resolved: function of x as
-        ``initial``, or (num_eqn, num_cells) cell averages; None for none. Rest needs none.
+        ``initial``, or (num_eqn, num_cells) cell averages; None for none. Rest needs none. One axis alone.
 
     Attributes
     ----------
     q0 : numpy.ndarray
-        (num_eqn, num_cells) initial cell averages.
+        (num_eqn, *grid.shape) initial cell averages.
     aux_averages : dict
-        {name: (num_cells,)} cell averages of the aux functions.
+        {name: grid.shape} cell averages of the aux functions.
+    conserved : tuple
+        Names of the rows of q.
+    directions : tuple
+        What sweeps along each axis see, `fvkit.problem.directions.Direction`.
     background_averages : numpy.ndarray or None
         (num_eqn, num_cells) cell averages of the background.
     ends : tuple
-        (left, right), the boundary conditions as they are at the ends of this grid.
+        (left, right), the boundary conditions as they are at the ends of this grid; () with two axes.
+    sides : tuple
+        With two axes, for each the sections of its lower and upper side, `fvkit.problem.side.Section`; else ().
     fields : tuple
         The `fvkit.problem.fields.Field` of the sources that vary over the grid.
 
@@ -95,14 +105,17 @@ class Problem:
     initial: Callable[[np.ndarray], Any] | Any = attrs.field(repr=False)
     t_end: float = validation.number()
     aux: Mapping[str, Any] = attrs.field(factory=dict, repr=False)
-    boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
+    boundary: Any = attrs.field(factory=Outflow)
     sources: Any = attrs.field(default=(), converter=source_list)
     t_start: float = validation.number(0.0)
     background: Callable[[np.ndarray], Any] | Any = attrs.field(default=None, repr=False)
     q0: np.ndarray = attrs.field(init=False, repr=False)
     aux_averages: dict[str, np.ndarray] = attrs.field(init=False, repr=False)
     background_averages: np.ndarray | None = attrs.field(init=False, repr=False)
-    ends: tuple[BoundaryCondition, BoundaryCondition] = attrs.field(init=False, repr=False)
+    conserved: tuple[str, ...] = attrs.field(init=False, repr=False)
+    directions: tuple[Direction, ...] = attrs.field(init=False, repr=False)
+    ends: tuple[BoundaryCondition, ...] = attrs.field(init=False, repr=False)
+    sides: tuple[tuple[tuple[Section, ...], tuple[Section, ...]], ...] = attrs.field(init=False, repr=False)
     fields: tuple[Field, ...] = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
@@ -112,17 +125,30 @@ class Problem:
             raise ValueError(f"`t_end` must be > `t_start`, got {self.t_end!r} and {self.t_start!r}")
         if not self.model.conserved:
             raise ValueError(f"`conserved` of {type(self.model).__name__} must name the components of q")
-        validation.fits_memory(self.grid.num_cells, FLOATS * (len(self.model.conserved) + len(self.model.aux)), "num_cells")
-        object.__setattr__(self, "aux_averages", self._average_aux())
-        object.__setattr__(self, "q0", self._average(self.initial, "initial"))
-        object.__setattr__(self, "background_averages",
-                           None if self.background is None else self._average(self.background, "background"))
-        object.__setattr__(self, "model", validation.instance(self.model.resolved(self.q0), "model.resolved()", Model))
-        object.__setattr__(self, "ends", tuple(
+        one = len(self.grid.axes) == 1
+        self._set("boundary", boundary_pair(self.boundary) if one else four_sides(self.boundary))
+        self._set("conserved", component_names(self.model, self.grid))
+        validation.fits_memory(self.grid.size, FLOATS * (len(self.conserved) + len(self.model.aux)), "num_cells")
+        self._set("directions", directions(self.model, self.grid))
+        self._set("aux_averages", self._average_aux())
+        self._set("q0", self._average(self.initial, "initial"))
+        if self.background is not None and not one:
+            raise ValueError("`background` serves a grid with one axis, got one with two: leave it out, rest needs none")
+        self._set("background_averages", None if self.background is None else self._average(self.background, "background"))
+        seen = self.q0 if one else self.q0[list(self.directions[0].rows)]
+        self._set("model", validation.instance(self.model.resolved(seen), "model.resolved()", Model))
+        self._set("directions", directions(self.model, self.grid))
+        self._set("ends", tuple(
             validation.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
-            for side, left in zip(self.boundary, (True, False), strict=True)))
-        object.__setattr__(self, "fields", varying_over(self.grid, self.sources, len(self.model.conserved), self.t_start))
+            for side, left in zip(self.boundary, (True, False), strict=True)) if one else ())
+        self._set("sides", () if one else tuple(
+            tuple(sections(self.boundary[2 * along.number + k], k == 0, along, self.grid, self.aux_averages) for k in (0, 1))
+            for along in self.directions))
+        self._set("fields", varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
         self._check_contract()
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
 
     def _average_aux(self) -> dict[str, np.ndarray]:
         validation.mapping(self.aux, "aux", "{'b': function}")
@@ -130,7 +156,7 @@ class Problem:
             if not self.model.aux:
                 raise ValueError(f"`aux` must be empty, got {validation.shown(name)}: {type(self.model).__name__} has no `aux`")
             validation.choice(name, "aux", self.model.aux)
-        n = self.grid.num_cells
+        shape = self.grid.shape
         result = {}
         for name in self.model.aux:
             value = self.aux.get(name, 0.0)
@@ -138,42 +164,74 @@ class Problem:
                 value = cell_averages(value, self.grid, None, f"aux[{name!r}]")
             label = f"aux[{name!r}]"
             if validation.is_single(value):
-                value = np.full(n, validation.real(value, label, hint="a number, cell averages or a function of x"))
-            result[name] = validation.array(value, label, (n,))
+                value = np.full(shape, validation.real(value, label, hint="a number, cell averages or a function of x"))
+            result[name] = validation.array(value, label, shape)
         return result
 
     def _average(self, state: Any, name: str) -> np.ndarray:
-        rows, n = len(self.model.conserved), self.grid.num_cells
+        rows = len(self.conserved)
         given = cell_averages(state, self.grid, rows, name) if callable(state) else state
-        q = validation.array(given, name, (rows, n))
-        for row in self.model.mass_rows():
+        q = validation.array(given, name, (rows, *self.grid.shape))
+        for row in self.mass_rows:
             if (q[row] < 0.0).any():
                 cell = int(np.argmin(q[row]))
-                raise ValueError(f"`{name}` must have {self.model.conserved[row]} >= 0, got {q[row, cell]:g} in cell "
-                                 f"{cell} at x = {self.grid.centers[cell]:g}")
+                raise ValueError(f"`{name}` must have {self.conserved[row]} >= 0, got {q[row].flat[cell]:g} in cell "
+                                 f"{cell} at {self.grid.located(cell)}")
         return q
+
+    @property
+    def seen(self) -> np.ndarray:
+        """The initial cell averages that the model sees along the first axis, (rows, cells)."""
+        return self.q0[list(self.directions[0].rows)].reshape(len(self.directions[0].rows), -1)
+
+    @property
+    def mass_rows(self) -> tuple[int, ...]:
+        """Rows of q that are masses."""
+        return mass_places(self.model, self.grid)
+
+    @property
+    def steady_boundary(self) -> bool:
+        """Whether the boundary conditions are the same at all times."""
+        return all(end.steady for end in self.ends) and all(part.steady for axis in self.sides for side in axis for part in side)
+
+    @property
+    def breaks(self) -> list[float]:
+        """Times, s, ascending, at which a step must end for the sake of a boundary condition."""
+        ends = [*self.ends, *(part.first for axis in self.sides for side in axis for part in side)]
+        return sorted({t for end in ends for t in end.breaks()})
 
     def sample(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
         """A few cells of the initial state, spread over the grid, to rehearse pointwise methods on: q, aux, count."""
-        count = len(self.model.conserved) + 3
-        cells = np.linspace(0, self.grid.num_cells - 1, count).astype(int)
-        q, aux = self.q0[:, cells], [row[cells] for row in aux_rows(self.model, self.aux_averages)]
-        for row in (q, *aux):
-            row.flags.writeable = False
-        return tuple(q), tuple(aux), count
+        return self._sample(self.directions[0].rows)
+
+    def _sample(self, rows: Any) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
+        count = len(self.conserved) + 3
+        cells = np.linspace(0, self.grid.size - 1, count).astype(int)
+        q = tuple(self.q0[row].reshape(-1)[cells] for row in rows)
+        aux = tuple(row.reshape(-1)[cells] for row in aux_rows(self.model, self.aux_averages))
+        for values in (*q, *aux):
+            values.flags.writeable = False
+        return q, aux, count
 
     def _check_contract(self) -> None:
-        model, (q, aux, _) = self.model, self.sample()
+        for direction in self.directions:
+            self._check_model(direction)
+        for source in self.sources:
+            source.check(self.model)
+            q, aux, _ = self.sample() if source.turns else self._sample(range(len(self.conserved)))
+            found = questions.check_answers(with_numbers(source, self.fields, self.t_start),
+                                            questions.samples(self.directions[0].model, q, aux))
+            contract.agree(source, "step", found["step"], q, "must return the state for dt = 0")
+
+    def _check_model(self, direction: Direction) -> None:
+        model, (q, aux, _) = direction.model, self._sample(direction.rows)
         given = questions.samples(model, q, aux)
         questions.check_answers(model, given)
         if "flux" in model.takes_aux:
             _check_mass_flux(model, q, aux)
-        for side in self.ends:
+        first = [part.first for side in self.sides[direction.number] for part in side] if self.sides else []
+        for side in (*self.ends, *first):
             questions.check_answers(side, {**given, "values": side.values(model, self.t_start)})
-        for source in self.sources:
-            source.check(model)
-            found = questions.check_answers(with_numbers(source, self.fields, self.t_start), given)
-            contract.agree(source, "step", found["step"], q, "must return the state for dt = 0")
 
 
 def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:

@@ -12,6 +12,7 @@ from fvkit.pointwise.part import Part, default
 from fvkit.problem.fields import is_number
 from fvkit.problem.model import Model
 from fvkit.problem.questions import SOURCE
+from fvkit.problem.turned import driven_in_plane, turned
 
 
 @attrs.frozen
@@ -37,12 +38,15 @@ class Source(Part, ABC):
     8. A numeric field may vary over the grid: cell averages (num_cells,), a function of x, or of (x, t). Methods see a number all
        the same: that of the cell, or at a face the mean of both sides; of time, that of the middle of the step. Declare it with
        `fvkit.problem.fields.number`, which validates it.
-    9. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
+    9. In two dimensions a source acts along the velocity of each phase, one ``between_phases`` along the slip: it sees the same
+       one-dimensional states, turned. ``turns = False`` says that it takes the state with the momenta along both axes, as it is.
+    10. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
     """
 
     questions = SOURCE
     between_phases: ClassVar[bool] = False
     static: ClassVar[bool] = False
+    turns: ClassVar[bool] = True
 
     def check(self, model: Model) -> None:
         """Raise ValueError, with the reason, if this source cannot act on ``model``."""
@@ -76,10 +80,14 @@ def _rates(value: Any) -> Any:
     if callable(value) and not isinstance(value, type):
         return value
     given = validation.array(value, "rate")
-    if given.ndim != 2:
+    if given.ndim not in (2, 3):
         raise ValueError(f"`rate` must be a function of x or of (x, t), or have shape (num_eqn, num_cells), got shape "
                          f"{given.shape}")
-    return tuple(map(tuple, given.tolist()))
+    return _tuples(given.tolist())
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 @attrs.frozen
@@ -103,6 +111,8 @@ class Forcing(Source):
     1.000000000000
     """
 
+    turns: ClassVar[bool] = False
+
     given: Any = attrs.field(alias="rate", converter=_rates, repr=validation.shown)
 
     def varying(self) -> tuple[tuple[str, bool], ...]:
@@ -125,17 +135,21 @@ def acted(sources, model, before, after, bearing, aux, dt):
 
     A source is driven by the transport and by the others: by those that went ahead of it as they have acted, by those that
     follow as their rates at ``before`` have it, within the momenta at hand. Where all of them balance the state stays, and
-    the whole is of second order.
+    the whole is of second order. States may have the momenta across behind them, one for each phase.
     """
-    shares, pushed = [], after
+    own, shares, pushed = len(model.conserved), [], after
     for source in sources if len(sources) > 1 else ():
-        shares.append(expected(source, model, before, pushed, aux, dt))
+        shares.append((expected if len(before) == own else expected_in_plane)(source, model, before, pushed, aux, dt))
         pushed = add(pushed, shares[-1])
     for k, source in enumerate(sources):
         pushed = after
         for share in shares[k + 1:]:
             pushed = add(pushed, share)
-        after = add(after, subtract(source.driven(model, before, pushed, bearing, aux, dt), pushed))
+        if len(before) > own:
+            end = driven_in_plane(source, model, before, pushed, bearing, aux, dt)
+        else:
+            end = source.driven(model, before, pushed, bearing, aux, dt)
+        after = add(after, subtract(end, pushed))
     return after
 
 
@@ -146,6 +160,12 @@ def expected(source, model, before, after, aux, dt):
         most = np.abs(before[momentum]) + np.abs(after[momentum] - before[momentum])
         result[momentum] = maximum(minimum(dt * rates[momentum], most), -most)
     return tuple(result)
+
+
+def expected_in_plane(source, model, before, after, aux, dt):
+    """Return the same of states with the momenta across behind them."""
+    return turned(source, model, before, before, after,
+                  lambda start, end: expected(source, model, start, end, aux, dt), along_only=not source.between_phases)
 
 
 def with_masses(model, q, masses):

@@ -1,27 +1,38 @@
-"""Linear advection."""
+"""Teaching models: linear advection, Burgers and linear acoustics."""
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
 
 from fvkit.problem.model import Model
-from fvkit.validation import number
+from fvkit.validation import number, real
+
+
+def _velocity(value: Any) -> Any:
+    if isinstance(value, (tuple, list)) and len(value) == 2:
+        return real(value[0], "speed[0]"), real(value[1], "speed[1]")
+    return real(value, "speed", hint="m/s; with two axes a pair (x, y)")
 
 
 @attrs.frozen
 class Advection(Model):
-    """Linear advection u_t + speed u_x = 0.
+    """Linear advection u_t + speed u_x = 0; with two axes u_t + speed_x u_x + speed_y u_y = 0.
 
     Parameters
     ----------
-    speed : velocity, m/s, any sign.
+    speed : velocity, m/s, any sign; with two axes a pair (x, y).
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
 
-    speed: float = number()
+    speed: float = attrs.field(converter=_velocity)
+
+    def along(self, axis: int) -> "Advection":
+        if not isinstance(self.speed, tuple):
+            raise ValueError(f"`speed` of Advection must be a pair (x, y) on a grid with two axes, got {self.speed:g}")
+        return Advection(self.speed[axis])
 
     def flux(self, q):
         (u,) = q
@@ -36,7 +47,7 @@ class Advection(Model):
 
 @attrs.frozen
 class Burgers(Model):
-    """Inviscid Burgers equation u_t + (u^2/2)_x = 0."""
+    """Inviscid Burgers equation u_t + (u^2/2)_x = 0; with two axes u_t + (u^2/2)_x + (u^2/2)_y = 0."""
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"u": ("m s-1", "velocity")}
@@ -57,6 +68,8 @@ class Burgers(Model):
 class Acoustics(Model):
     """Linear acoustics p_t + K u_x = 0, u_t + p_x/rho = 0; waves travel at -/+ sqrt(K/rho).
 
+    With two axes the velocity has two components, q = (p, u_x, u_y).
+
     Parameters
     ----------
     rho : density, kg/m^3, positive.
@@ -64,6 +77,7 @@ class Acoustics(Model):
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("p", "u")
+    vectors: ClassVar[tuple[tuple[int, ...], ...]] = ((1,),)
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"p": ("Pa", "pressure"), "u": ("m s-1", "velocity")}
 
     rho: float = number(1.0, above=0.0)

@@ -25,8 +25,11 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
     callable
         (t, q) -> dq/dt, q of shape (num_eqn, num_cells) or flat; the result has the shape of q.
     """
-    chosen, parts = assemble(problem, scheme)
-    kernel, model, shape = array_kernel(problem, chosen, parts), problem.model, problem.q0.shape
+    if len(problem.grid.axes) > 1:
+        raise ValueError("fvkit.rhs serves a grid with one axis, got one with two: sweeps along each make a step, not a rate")
+    chosen, every = assemble(problem, scheme)
+    (parts,) = every
+    kernel, model, shape = array_kernel(problem, chosen, every), problem.model, problem.q0.shape
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:
         state = validation.floats(q, "q")

@@ -3,7 +3,7 @@
 import time as clock
 import warnings
 from collections.abc import Mapping
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from fvkit.backends.march import FILM, MICRO
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import CHUNK
 from fvkit.problem import answers
+from fvkit.problem.directions import Direction
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.run.step_length import Step
@@ -47,7 +48,7 @@ class Stepper:
     t : float
         Current time, s.
     q : numpy.ndarray
-        (num_eqn, num_cells) current cell averages; a view, read-only.
+        (num_eqn, *grid.shape) current cell averages; a view, read-only.
 
     Raises
     ------
@@ -62,16 +63,16 @@ class Stepper:
         self.problem = problem
         if isinstance(scheme, Scheme):
             backend_for(scheme.riemann, backend)
-        self.scheme, parts = assemble(problem, scheme)
+        self.scheme, every = assemble(problem, scheme)
         self.threads = threads_for(threads, problem, self.scheme, backend)
-        self._asked = parts.model
+        self._asked = tuple(parts.model for parts in every)
         self.length = Step() if step is None else validation.instance(step, "step", Step, "such as fv.Step(dt_max=0.1)")
-        kernel = self._kernel = make_kernel(backend, problem, self.scheme, parts, self.threads)
+        kernel = self._kernel = make_kernel(backend, problem, self.scheme, every, self.threads)
         first = min(self._first_dt(), self.length.dt_initial or np.inf)
         self._march = March(kernel.padded(problem.q0), problem.t_start, first, len(kernel.mass_rows),
                             stop_when_lost=self.nonhyperbolic == "raise", bounds=self.length.bounds)
         self._march.dt = self._march.bounded(first)
-        self._breaks = sorted({t for end in problem.ends for t in end.breaks()})
+        self._breaks = problem.breaks
         self._seconds = 0.0
 
     def __repr__(self) -> str:
@@ -107,8 +108,15 @@ class Stepper:
 
     def _first_dt(self) -> float:
         """Return the length of the first step, s, from the wave speeds of the initial state."""
-        q0, speed, model = self.problem.q0, 0.0, self._asked
-        aux = aux_rows(self.problem.model, self.problem.aux_averages)
+        problem = self.problem
+        steps = [self.scheme.cfl * axis.dx / speed if speed > 0.0 else np.inf
+                 for axis, speed in zip(problem.grid.axes, map(self._largest, self._asked, problem.directions), strict=True)]
+        return min(steps)
+
+    def _largest(self, model: Any, direction: Direction) -> float:
+        """Return the largest wave speed of the initial state along an axis, m/s."""
+        q0, speed = self.problem.q0.reshape(len(self.problem.q0), -1)[list(direction.rows)], 0.0
+        aux = tuple(row.reshape(-1) for row in aux_rows(self.problem.model, self.problem.aux_averages))
         with np.errstate(all="ignore"):
             for first in range(0, q0.shape[1], CHUNK):
                 q, given = tuple(q0[:, first:first + CHUNK]), tuple([row[first:first + CHUNK] for row in aux])
@@ -117,12 +125,12 @@ class Stepper:
                 if np.any(low - high > SWAPPED * here):
                     cell = first + int(np.argmax(np.broadcast_to(low - high, q0[0, first:first + CHUNK].shape)))
                     raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order: "
-                                     f"the first is above the second in cell {cell} (x = {self.problem.grid.centers[cell]:.6g})")
+                                     f"the first is above the second in cell {cell} ({self.problem.grid.located(cell)})")
                 if answers.looks_between(model):
                     sides = [tuple([row[cut] for row in rows]) for rows in (q, given) for cut in (slice(-1), slice(1, None))]
                     here = max(here, *(float(np.max(np.abs(bound), initial=0.0)) for bound in answers.face_speeds(model, *sides)))
                 speed = max(speed, here)
-        return self.scheme.cfl * self.problem.grid.dx / speed if speed > 0.0 else np.inf
+        return speed
 
     def step(self, dt: float | None = None) -> float:
         """Advance by one accepted step of at most ``dt`` and return its length, s.
@@ -155,8 +163,8 @@ class Stepper:
 
     def interrupted(self) -> Interrupted:
         """Return the exception of a run interrupted at the current step."""
-        state = self.q[:, 0].copy()
-        return Interrupted(Status.INTERRUPTED, self.t, -1, np.nan, state, self.steps, self.problem.model.conserved)
+        state = self.q.reshape(len(self.q), -1)[:, 0].copy()
+        return Interrupted(Status.INTERRUPTED, self.t, -1, np.nan, state, self.steps, self.problem.conserved)
 
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
@@ -194,14 +202,15 @@ class Stepper:
         if resting and march.max_cfl == 0.0 and march.steps > books[1][0]:
             self._check_rest(books)
         if outcome is Outcome.LOST_HYPERBOLICITY:
-            self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.num_cells - 1), march.now)
+            self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.size - 1), march.now)
 
     def _speeds(self) -> np.ndarray:
-        """Return the bounds of the wave speeds of the last accepted state, (2, num_cells)."""
+        """Return the bounds of the wave speeds of the last accepted state along each axis, (2 or 4, cells)."""
         with np.errstate(all="ignore"):
-            model = self.problem.model
-            bounds = answers.wave_speeds(model, tuple(self.q), aux_rows(model, self.problem.aux_averages))
-        return np.array([np.broadcast_to(bound, self.q.shape[1:]) for bound in bounds])
+            aux = aux_rows(self.problem.model, self.problem.aux_averages)
+            bounds = [bound for one in self.problem.directions
+                      for bound in answers.wave_speeds(one.model, tuple(self.q[list(one.rows)]), aux)]
+        return np.array([np.broadcast_to(bound, self.q.shape[1:]).reshape(-1) for bound in bounds])
 
     def _wrong_speed(self) -> tuple[Status, int, np.ndarray] | None:
         """Return status, cell and state of the first cell with NaN or infinite speeds; None without such a cell."""
@@ -211,7 +220,7 @@ class Stepper:
     def _check_rest(self, books: tuple[np.ndarray, ...]) -> None:
         """Undo a step and raise if the state changed although all wave speeds are 0, so that `wave_speeds` is wrong."""
         march = self._march
-        now, before = self._kernel.inside(march.now), self._kernel.inside(march.next)
+        now, before = (self._kernel.inside(one).reshape(len(one), -1) for one in (march.now, march.next))
         moved = (np.abs(now - before) > NOTHING * np.abs(before).max(axis=1, keepdims=True)).any(axis=0)
         if moved.any():
             for book, kept in zip(march.books, books, strict=True):
@@ -224,7 +233,7 @@ class Stepper:
         if wrong is not None:
             return wrong
         trial, model = self._march.next, self.problem.model
-        q = self._kernel.inside(trial)
+        q = self._kernel.inside(trial).reshape(len(trial), -1)
         finite = np.isfinite(q).all(axis=0)
         if not finite.all():
             return Status.NON_FINITE, int(np.argmin(finite)), trial
@@ -232,9 +241,10 @@ class Stepper:
         if lowest and min(lowest)[0] < 0.0:
             return Status.NEGATIVE_DEPTH, min(lowest)[1], trial
         if model.defines("admissible"):
-            allowed = np.broadcast_to(model.admissible(tuple(q)), q.shape[1:])
-            if not allowed.all():
-                return Status.INADMISSIBLE, int(np.argmin(allowed)), trial
+            for one in self.problem.directions:
+                allowed = np.broadcast_to(one.model.admissible(tuple(q[list(one.rows)])), q.shape[1:])
+                if not allowed.all():
+                    return Status.INADMISSIBLE, int(np.argmin(allowed)), trial
         return Status.NON_FINITE, -1, trial
 
     def warn_lost(self) -> None:
@@ -249,9 +259,15 @@ class Stepper:
         else:
             where = f", so far {deepest:.3g} m deep" * (deepest > 0.0)
         warnings.warn(f"characteristic speeds are complex from t = {march.lost_time:.6g} on, first at "
-                      f"x = {self.problem.grid.edges[march.lost_face]:.6g}{where}: the problem is ill-posed there and does not "
+                      f"{self._lost_at}{where}: the problem is ill-posed there and does not "
                       "converge. stats.nonhyperbolic_faces counts; nonhyperbolic='raise' stops, 'ignore' is silent.",
                       RuntimeWarning, stacklevel=3)
+
+    @property
+    def _lost_at(self) -> str:
+        """Place of the first face whose wave speeds became complex."""
+        grid, face = self.problem.grid, self._march.lost_face
+        return grid.located(face) if len(grid.axes) > 1 else f"x = {grid.edges[face]:.6g}"
 
     @property
     def only_films_lost(self) -> bool:
@@ -260,9 +276,10 @@ class Stepper:
 
     def fail(self, status: Status, cell: int = -1, padded: np.ndarray | None = None) -> NoReturn:
         """Raise `SolveError` with the time, the cell and the state of that cell."""
-        x = float(self.problem.grid.centers[cell]) if cell >= 0 else np.nan
-        state = self._kernel.inside(self._march.now if padded is None else padded)[:, max(cell, 0)].copy()
-        raise SolveError(status, self.t, cell, x, state, self.steps, self.problem.model.conserved)
+        place = self.problem.grid.place(cell) if cell >= 0 else (np.nan,)
+        whole = self._kernel.inside(self._march.now if padded is None else padded)
+        state = whole.reshape(len(whole), -1)[:, max(cell, 0)].copy()
+        raise SolveError(status, self.t, cell, place[0], state, self.steps, self.problem.conserved, place[1:])
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return copies of the state and the counters, {name: array}, for `restore` of a stepper of the same problem."""
@@ -281,12 +298,13 @@ class Stepper:
     def stats(self) -> Stats:
         """Statistics of the run so far."""
         march, kernel, grid = self._march, self._kernel, self.problem.grid
-        names = [self.problem.model.conserved[row] for row in kernel.mass_rows]
-        start = self.problem.q0[kernel.mass_rows].sum(axis=1) * grid.dx
+        names = [self.problem.conserved[row] for row in kernel.mass_rows]
+        cells = tuple(range(1, 1 + len(grid.axes)))
+        start = self.problem.q0[kernel.mass_rows].sum(axis=cells) * grid.cell_volume
         through, brought = (march.masses[0] - march.masses[1])[:len(names)], march.masses[2, :len(names)]
-        change = self.q[kernel.mass_rows].sum(axis=1) * grid.dx - start - through - brought
+        change = self.q[kernel.mass_rows].sum(axis=cells) * grid.cell_volume - start - through - brought
         scale = [mass or start.sum() or 1.0 for mass in start]
-        return Stats(march.steps, march.rejected, grid.num_cells * (march.steps + march.rejected), self._seconds,
+        return Stats(march.steps, march.rejected, grid.size * (march.steps + march.rejected), self._seconds,
                      kernel.compile_seconds, march.max_cfl, kernel.name, march.lost,
                      {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)}, march.films,
                      march.deepest / MICRO, dict(zip(names, brought.tolist(), strict=True)))

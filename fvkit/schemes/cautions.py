@@ -21,6 +21,7 @@ ROUNDING = 1e-12
 def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
     """Warn about missing methods of the model; return the scheme, reduced to first order if the matrix is unknown."""
     name = type(problem.model).__name__
+    model = problem.directions[0].model
     if says_nothing_of_the_matrix(problem, parts):
         given, chosen = chosen, chosen.at_first_order()
         warnings.warn(f"{name} says nothing of the matrix of {type(parts.riemann).__name__}: its flux is not what the waves add "
@@ -33,14 +34,14 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
                       "the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G, and with a linearisation of your own "
                       "`matrix_product`, the matrix A times v (fv.Model); or take order=1, or fv.MethodOfLines, which needs none",
                       RuntimeWarning, stacklevel=4)
-    steps = [np.abs(np.diff(problem.aux_averages[aux])).max(initial=0.0) for aux in problem.model.aux]
-    if parts.riemann.bounds and any(steps) and lacks_balance(problem.model, *problem.sample()[:2], steps):
-        warnings.warn(f"{name} defines a `jump` that pushes what is at rest over a step of {' or '.join(problem.model.aux)}, and "
+    steps = [np.abs(np.diff(problem.aux_averages[aux])).max(initial=0.0) for aux in model.aux]
+    if parts.riemann.bounds and any(steps) and lacks_balance(model, *problem.sample()[:2], steps):
+        warnings.warn(f"{name} defines a `jump` that pushes what is at rest over a step of {' or '.join(model.aux)}, and "
                       f"no `balanced_difference`: the viscosity of {type(parts.riemann).__name__} acts on qr - ql, and moves "
                       "what is at rest there. Define `balanced_difference(ql, qr, auxl, auxr)`, 0 at rest: for a depth h over "
                       "a bottom b, qr - ql with d(h + b) in place of dh; or take fv.Roe(), for a model with `decompose`",
                       RuntimeWarning, stacklevel=4)
-    if parts.riemann.bounds and len(problem.q0) > 1 and not answers.looks_between(problem.model):
+    if parts.riemann.bounds and len(model.conserved) > 1 and not answers.looks_between(model):
         _check_bounds(problem, parts)
     return chosen
 
@@ -68,7 +69,7 @@ def lacks_balance(model: Model, q: Any, aux: Any, steps: Any) -> bool:
 
 def says_nothing_of_the_matrix(problem: Problem, parts: Parts) -> bool:
     """Whether the sum of the solver's own waves differs from the flux difference of a model without `matrix_product`."""
-    model, riemann = problem.model, parts.riemann
+    model, riemann = problem.directions[0].model, parts.riemann
     if not riemann.defines("total") or model.defines("matrix_product"):
         return False
     q, aux, count = problem.sample()
@@ -89,12 +90,12 @@ def _lacks_cross(problem: Problem) -> bool:
     conservation laws and constant matrices; otherwise, with w along the jump G, it is the cross term. It is evaluated near
     the initial state, with differences of the aux values of the size that the problem has.
     """
-    model = problem.model
+    model = problem.directions[0].model
     if not model.defines("jump") or model.defines("cross"):
         return False
     cells, aux, count = problem.sample()
     rng = np.random.default_rng(1)
-    size = np.abs(problem.q0).max(axis=1)
+    size = np.abs(problem.seen).max(axis=1)
     size = 0.01 * np.where(size > 0.0, size, size.max() or 1.0)
     q = np.array(cells)
     w, half = (size[:, None] * rng.uniform(-1.0, 1.0, (len(q), count)) for _ in range(2))
@@ -115,11 +116,11 @@ def _lacks_cross(problem: Problem) -> bool:
 
 def _check_bounds(problem: Problem, parts: Parts) -> None:
     """Warn if wave speeds between the two initial states of a face exceed those of both states by more than `BEYOND`."""
-    model, count = problem.model, problem.grid.num_cells
+    model, count = problem.directions[0].model, problem.grid.size
     ends, most = np.zeros(max(count - 1, 0)), np.zeros(max(count - 1, 0))
     for first in range(0, count - 1, CHUNK):
         cells = slice(first, first + CHUNK + 1)
-        q, aux = problem.q0[:, cells], [row[cells] for row in aux_rows(model, problem.aux_averages)]
+        q, aux = problem.seen[:, cells], [row.reshape(-1)[cells] for row in aux_rows(model, problem.aux_averages)]
         for share, found in ((0.0, ends), (1.0, ends), *((share, most) for share in answers.BETWEEN)):
             state, given = (tuple([(1.0 - share) * row[:-1] + share * row[1:] for row in rows]) for rows in (q, aux))
             here = found[first:first + CHUNK]
@@ -130,7 +131,7 @@ def _check_bounds(problem: Problem, parts: Parts) -> None:
     if wrong.size:
         face = int(wrong[np.argmax(most[wrong] - ends[wrong])])
         warnings.warn(f"{type(model).__name__}: speeds of states between those of both sides of a face reach {most[face]:.6g}, "
-                      f"of both sides {ends[face]:.6g} at most (x = {problem.grid.edges[face + 1]:.6g}): "
+                      f"of both sides {ends[face]:.6g} at most (near {problem.grid.located(face)}): "
                       f"{type(parts.riemann).__name__} takes those of both sides as bounds, and may be unstable. Define "
                       "`speeds_between(ql, qr)`, bounds over all states between (fv.Model, point 7)",
                       RuntimeWarning, stacklevel=5)

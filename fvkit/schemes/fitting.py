@@ -6,6 +6,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.pointwise import contract, scale
 from fvkit.problem import answers, fields
+from fvkit.problem.directions import Direction
 from fvkit.problem.problem import Problem
 from fvkit.problem.questions import check_answers, samples
 from fvkit.schemes.background import adding_up, given_more, scanning
@@ -18,46 +19,56 @@ from fvkit.schemes.wave_propagation import WavePropagation
 TIMES = 9
 
 
-def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, Parts]:
-    """Return the scheme (the default for None) and its `Parts`, checked against the problem."""
+def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, tuple[Parts, ...]]:
+    """Return the scheme (the default for None) and its `Parts` along each axis, checked against the problem."""
     validation.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else validation.instance(scheme, "scheme", Scheme)
-    parts = _parts_of(problem, chosen)
+    if len(problem.grid.axes) > 1 and not chosen.planar:
+        raise ValueError(f"{type(chosen).__name__} serves a grid with one axis, got one with two: take fv.WavePropagation")
+    every = tuple(_parts_of(problem, chosen, direction) for direction in problem.directions)
+    parts = every[0]
     check_parts(problem, parts)
     chosen.splitting.check()
     if chosen.time_integrator is not None:
         chosen.time_integrator.check()
     chosen = cautioned(problem, chosen, parts)
-    return chosen, parts if problem.background is None else chosen.around(parts)
+    return chosen, every if problem.background is None else tuple(chosen.around(parts) for parts in every)
 
 
-def _parts_of(problem: Problem, scheme: Scheme) -> Parts:
+def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
     """Return the parts of a scheme for a problem, whose sources know where their `fields` stand."""
-    parts, found = _parts_for_model(problem, scheme), problem.fields
-    if not found:
-        return parts
+    parts, found, own = _parts_for_model(problem, scheme, direction), problem.fields, len(problem.model.aux)
+    if len(problem.grid.axes) > 1:
+        parts = parts._replace(swept=True, across=len(direction.across))
     rows = [f"{field.alias} of source {field.position}" for field in found for _ in range(field.size)]
-    sources = fields.on_grid(parts.sources, found, len(problem.model.aux))
+    if parts.across and parts.joint:
+        rows += [f"{what} of phase {k} across" for k in range(parts.across) for what in ("velocity", "push", "bearing mass")]
+    if not rows:
+        return parts
+    sources = fields.on_grid(parts.sources, found, own) if found else parts.sources
     return parts._replace(model=given_more(parts.model, rows), sources=sources)
 
 
-def _parts_for_model(problem: Problem, scheme: Scheme) -> Parts:
+def _parts_for_model(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
     """Return the `Parts` of a scheme; the speeds of a scalar law that is nonconvex around its initial state are sampled."""
-    parts = scheme.parts(problem.model, problem.sources)._replace(dx=problem.grid.dx)
-    if not problem.model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
+    model = direction.model
+    parts = scheme.parts(model, problem.sources)._replace(dx=problem.grid.axes[direction.number].dx)
+    if not model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
         return parts._replace(model=adding_up(parts.model, parts.riemann.total))
-    scalar = len(problem.q0) == 1 and not answers.looks_between(problem.model)
-    if scalar and not answers.monotone(problem.model, _values(problem), problem.sample()[1]):
+    scalar = len(problem.q0) == 1 and not answers.looks_between(model)
+    if scalar and not answers.monotone(model, _values(problem), problem.sample()[1]):
         return parts._replace(model=scanning(parts.model))
     return parts
 
 
 def _values(problem: Problem) -> np.ndarray:
     """Return the initial values of a scalar law and the boundary values of both ends at some times, (m,)."""
-    model, times = problem.model, np.linspace(problem.t_start, problem.t_end, TIMES)
+    model, times = problem.directions[0].model, np.linspace(problem.t_start, problem.t_end, TIMES)
     outside = [side.ghost(model, (problem.q0[0, cell],), side.values(model, t))[0]
-               for side, cell in zip(problem.ends, (0, -1), strict=True) for t in times[:1 if side.steady else None].tolist()]
-    return np.concatenate([problem.q0[0], np.asarray(outside, dtype=float)])
+               for side, cell in zip(problem.ends, (0, -1), strict=False) for t in times[:1 if side.steady else None].tolist()]
+    outside += [value for axis in problem.sides for side in axis for part in side
+                for value in part.first.ghost(model, (problem.q0[0].reshape(-1)[:1],), part.first.values(model, times[0]))[0]]
+    return np.concatenate([problem.q0[0].reshape(-1), np.asarray(outside, dtype=float)])
 
 
 def default_scheme(problem: Problem) -> Scheme:
@@ -68,7 +79,7 @@ def default_scheme(problem: Problem) -> Scheme:
 def check_parts(problem: Problem, parts: Parts) -> None:
     """Check the pointwise contract of solver and limiters on the problem's own initial state."""
     q, aux, _ = problem.sample()
-    given = samples(problem.model, q, aux)
+    given = samples(problem.directions[0].model, q, aux)
     waves, _ = check_answers(parts.riemann, given, traced=parts.riemann.compilable)["solve"]
     if parts.reconstruction is None and len(parts.limiters) not in (1, len(waves)):
         raise ValueError(f"`limiter` must be one limiter or one per wave family: {type(parts.riemann).__name__} with "

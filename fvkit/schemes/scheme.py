@@ -18,7 +18,8 @@ from fvkit.schemes.splitting import Splitting
 
 
 class Parts(NamedTuple):
-    """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage."""
+    """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage; in sweeps of
+    a grid with two axes (``swept``) the number of momenta ``across``."""
 
     model: Model
     riemann: RiemannSolver
@@ -26,6 +27,8 @@ class Parts(NamedTuple):
     sources: tuple[Source, ...]
     dx: Any = 1.0
     reconstruction: Reconstruction | None = None
+    across: int = 0
+    swept: bool = False
 
     @property
     def every(self) -> tuple[Any, ...]:
@@ -43,7 +46,8 @@ class Parts(NamedTuple):
     @property
     def joint(self) -> tuple[Source, ...]:
         """Sources that act together with the transport: first those between phases (drag), last those at the bed (friction)."""
-        found = () if self.reconstruction is not None else [source for source in self.sources if source.defines("driven")]
+        alone = self.reconstruction is not None or (self.swept and not self.across)
+        found = () if alone else [source for source in self.sources if source.defines("driven")]
         return tuple(sorted(found, key=lambda source: not source.between_phases))
 
     @property
@@ -77,8 +81,9 @@ def here(*fields: str) -> dict[str, Read]:
 
 
 #: The fields that a scheme hands to its backend: what enters a cell less what leaves it; the state of the cell after transport
-#: and the sources that act with it; the largest speed at a face; the flux of each mass through a face.
-NET, NEW, SPEED, MASS_FLUX = "net", "new", "fastest", "mass_flux"
+#: and the sources that act with it; the largest speed at a face; the flux of each mass through a face; of a sweep the state of the
+#: cell and its momenta across; what pushes a cell along an axis, see `fvkit.schemes.stages.driven.pulling_stages`.
+NET, NEW, SPEED, MASS_FLUX, MOVED, PULLS = "net", "new", "fastest", "mass_flux", "moved", "pulls"
 
 
 @attrs.frozen
@@ -155,6 +160,11 @@ class Scheme(ABC):
     def at_first_order(self) -> "Scheme":
         """Return the first-order version of this scheme, which does not use the model's matrix; by default the scheme itself."""
         return self
+
+    @property
+    def planar(self) -> bool:
+        """Whether the scheme serves grids with two axes, by sweeps along each."""
+        return False
 
     @property
     @abstractmethod

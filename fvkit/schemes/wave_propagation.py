@@ -16,10 +16,12 @@ from fvkit.schemes.splitting import Splitting, Strang
 from fvkit.schemes.stages.driven import drive
 from fvkit.schemes.stages.faces import composite, convexity, face_stages, to_left, to_right, upwinding
 from fvkit.schemes.stages.in_cell_shocks import finding, resolving, uncorrecting
+from fvkit.schemes.stages.passengers import moved_stage, passenger_stages
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
 _STATES = {"ql": Read("q", -1), "qr": Read("q")}
-_FACE = {**_STATES, "auxl": Read("aux", -1), "auxr": Read("aux")}
+#: What a stage of faces reads.
+FACE = {**_STATES, "auxl": Read("aux", -1), "auxr": Read("aux")}
 
 
 def _limiters(value: Any) -> tuple[Limiter, ...]:
@@ -95,6 +97,10 @@ class WavePropagation(Scheme):
     def wants_cross(self) -> bool:
         return self.order == 2 and self.cross_term
 
+    @property
+    def planar(self) -> bool:
+        return True
+
     def at_first_order(self) -> Scheme:
         return attrs.evolve(self, order=1)
 
@@ -116,7 +122,7 @@ class WavePropagation(Scheme):
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         model = parts.model
         result = finding(model) if self.in_cell_shocks else []
-        result += face_stages(parts, _FACE, self.entropy_fix and self.riemann.eigenvectors, waves=self.order == 2)
+        result += face_stages(parts, FACE, self.entropy_fix and self.riemann.eigenvectors, waves=self.order == 2)
         if self.in_cell_shocks:
             result.append(resolving(("speeds", "waves") if self.order == 2 else ()))
         terms = self._corrections(parts)
@@ -130,11 +136,15 @@ class WavePropagation(Scheme):
             terms = (*terms, MASS_FLUX)
         elif self.in_cell_shocks and terms:
             result.append(uncorrecting(terms, ()))
+        if parts.swept:
+            result += passenger_stages(parts, self.order)
         result += [Stage(to_left, here("left_going", *terms), ("to_left",), light=True),
                    Stage(to_right, here("right_going", *terms), ("to_right",), light=True),
                    Stage(net_fluctuation, {"from_left": Read("to_right"), "from_right": Read("to_left", 1)}, (NET,))]
         if parts.joint:
             result.append(Stage(drive, {**here("q", NET, "aux"), "bearing": Read("bearing", 0, 1)}, (NEW,)))
+        if parts.swept:
+            result.append(moved_stage(parts, NEW if parts.joint else NET))
         return tuple(result)
 
     def _second_order(self, parts: Parts) -> list[Stage]:
@@ -147,9 +157,9 @@ class WavePropagation(Scheme):
             result.append(Stage(projections, {"before": Read("waves", -1), "waves": Read("waves")}, ("overlaps",), light=True))
         waves = {**here("waves", "speeds", "sides"), **({"overlaps": Read("overlaps", 0, 1)} if limits else {})}
         result.append(Stage(eigenvector_correction, waves, ("correction",)) if self.riemann.eigenvectors else
-                      Stage(matrix_correction, {**_FACE, **waves}, ("correction",)))
+                      Stage(matrix_correction, {**FACE, **waves}, ("correction",)))
         if "cross" in self._corrections(parts):
-            result.append(Stage(cross_term, _FACE, ("cross",)))
+            result.append(Stage(cross_term, FACE, ("cross",)))
         return result
 
     def _corrections(self, parts: Parts) -> tuple[str, ...]:

@@ -1,5 +1,7 @@
 """The two-phase model with the fluid momentum of Pitman and Le."""
 
+from typing import ClassVar
+
 import attrs
 import numpy as np
 
@@ -60,6 +62,8 @@ class PitmanLe(TwoMasses):
         al, ar = layer_sound(left, right, bl, br, self.g)
         (backl, _), (_, forthr) = outrun(left, al), outrun(right, ar)
         return al + backl, ar + forthr
+
+    dimensions: ClassVar[int] = 1
 
     def push(self, left, right, bl, br):
         solid, fluid = mixture_push(left, right, bl, br, self.g, self.gamma)

@@ -13,7 +13,7 @@ import numpy as np
 from fvkit.pointwise import TINY, combine, maximum, minimum, subtract, where
 from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.problem.sources import acted
-from fvkit.schemes.scheme import NEW
+from fvkit.schemes.scheme import NEW, PULLS, Read, Stage
 
 #: Waves feel a source that acts on what moves less where the masses of neighbours differ by more than this factor: a front is
 #: no balance, and there the cells alone pay.
@@ -50,16 +50,19 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     if not joint:
         return whole, whole, bearing
     after, result = list(before), list(whole)
+    around = surroundings(parts, auxl, auxr)
     for (masses, momentum), v in zip(phases, speeds, strict=True):
         after[momentum] = before[momentum] - ratio * (whole[momentum] - v * whole[masses[-1]])
     aux = tuple([0.5 * (left + right) for left, right in zip(auxl, auxr, strict=True)])
-    end = acted(joint, model, before, tuple(after), bearing, aux, ratio * parts.dx)
+    end = acted(joint, model, *with_across(model, before, tuple(after), bearing, around, ratio * parts.dx), bearing, aux,
+                ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
     low, high = wave_speeds(model, before, aux)
     slip = reduce(maximum, [np.abs(v - speeds[0]) for v in speeds])
     carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
-    for masses, momentum in phases:
+    for k, (masses, momentum) in enumerate(phases):
         row, still = masses[-1], before[momentum] == 0.0
+        still = still & (around[k][0] == 0.0) if around else still
         push, left = (before[momentum] - after[momentum]) / ratio, (before[momentum] - end[momentum]) / ratio
         # A source may stop or drive what moves, and is felt at a point: the sound of the face carries no more of it than this.
         most = maximum(carries * before[row], np.abs(push))
@@ -76,7 +79,57 @@ def drive(parts, ratio, q, net, aux, bearing):
     """Return the state of a cell after its transport and its sources; ``bearing`` are the masses that bear the push of its
     faces."""
     after, borne = combine(1.0, q, -ratio, net), combine(0.5, bearing[0], 0.5, bearing[1])
-    return {NEW: acted(parts.joint, parts.model, q, after, borne, aux, ratio * parts.dx)}
+    both = with_across(parts.model, q, after, borne, surroundings(parts, aux, aux), ratio * parts.dx)
+    return {NEW: acted(parts.joint, parts.model, *both, borne, aux, ratio * parts.dx)[:len(q)]}
+
+
+def surroundings(parts, auxl, auxr):
+    """Return, for each phase, its velocity across the sweep and what accelerates it there, m/s^2, between two cells; () without.
+
+    Both are those of the start of the step: friction acts against the whole velocity, and holds against the whole push. They stand
+    behind the aux values, see `pulling_stages`: velocity, push and the mass that bears it.
+    """
+    rows = 3 * parts.across
+    if not rows:
+        return ()
+    left, right = auxl[len(auxl) - rows:], auxr[len(auxr) - rows:]
+    return tuple([(0.5 * (left[k] + right[k]), -(left[k + 1] + right[k + 1]) / (left[k + 2] + right[k + 2] + TINY))
+                  for k in range(0, rows, 3)])
+
+
+def with_across(model, before, after, bearing, around, dt):
+    """Return two states with the momenta across behind them: at the start, and after dt of what accelerates them."""
+    if not around:
+        return before, after
+    rows = [phase.masses[-1] for phase in model.phases]
+    start = tuple([before[row] * u for row, (u, _) in zip(rows, around, strict=True)])
+    end = tuple([after[row] * u + dt * (mass * pull) for row, mass, (u, pull) in zip(rows, bearing, around, strict=True)])
+    return (*before, *start), (*after, *end)
+
+
+def pulling_stages(face):
+    """Return the stages of what pushes each phase of a cell along an axis, per length, and of the mass that bears it.
+
+    Sweeps along the other axis look at them, see `surroundings`.
+    """
+    return (Stage(pushes, face, ("push", "bearing")),
+            Stage(pulls, {"push": Read("push", 0, 1), "bearing": Read("bearing", 0, 1)}, (PULLS,)))
+
+
+def pushes(parts, ratio, ql, qr, auxl, auxr):
+    """Return the push of a face on each phase, less what its masses take along, and the masses that bear it."""
+    whole = parts.model.jump(ql, qr, auxl, auxr)
+    before, speeds = on_face(parts.model, ql, qr, auxl, auxr)
+    phases = parts.model.phases
+    return {"push": tuple([(whole[phase.momentum] - v * whole[phase.masses[-1]]) / parts.dx
+                           for phase, v in zip(phases, speeds, strict=True)]),
+            "bearing": tuple([before[phase.masses[-1]] for phase in phases])}
+
+
+def pulls(parts, ratio, push, bearing):
+    """Return push and bearing mass of each phase, the mean of both faces of a cell."""
+    return {PULLS: tuple([0.5 * (one[0] + one[1])
+                          for pair in zip(zip(*push, strict=True), zip(*bearing, strict=True), strict=True) for one in pair])}
 
 
 def on_face(model, ql, qr, auxl, auxr):

@@ -1,0 +1,95 @@
+"""Sweeps by the NumPy backend: the stages of a scheme on all lines at once."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fvkit.backends.kernel import deepness
+from fvkit.backends.numpy_stages import Field, Runner, cut
+from fvkit.backends.python_loop import Lost
+from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
+from fvkit.pointwise import CHUNK
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, SPEED, Parts, Scheme
+
+
+class NumpySweep(Sweep):
+    """Runs the stages on arrays (cells along the axis, lines), some lines at a time so that temporaries stay in cache."""
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, number: int, halo: int) -> None:
+        super().__init__(problem, scheme, parts, number, halo)
+        n, lines = self.axis.num_cells, problem.grid.size // self.axis.num_cells
+        chunk = max(1, CHUNK // n)
+        self._chunks = [slice(first, min(first + chunk, lines)) for first in range(0, lines, chunk)]
+        self._runner = Runner(parts, self.plan, {n})
+        self._puller = None if self.pulling is None else Runner(parts, self.pulling, {n})
+
+    def _fields(self, q: np.ndarray, aux: np.ndarray, lanes: slice) -> dict[str, Field]:
+        state = self.lines(q)[:, :, lanes]
+        return {"q": tuple(state[row] for row in self.rows), "aux": tuple(self.lines(aux)[:, :, lanes]),
+                "across": tuple(state[row] for row in self.direction.across)}
+
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float) -> Report:
+        n, halo, runner, masses = self.axis.num_cells, self.halo, self._runner, self.model.mass_rows()
+        target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
+        for row in self.direction.still:
+            target[row] = source[row]
+        given, flux = self.fluxes(), np.zeros((2, max(len(masses), 1)))
+        speeds, lost, first = [], Lost(), -1
+        for lanes in self._chunks:
+            def set_ends(fields: dict[str, Field], here: slice = lanes) -> None:
+                self._impose(given, fields, here)
+
+            fields = runner.run(self._fields(q, aux, lanes), n, dt / self.axis.dx, set_ends)
+            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=True):
+                target[row, :, lanes] = item
+            speeds.append(np.maximum.reduce(fields[SPEED], None))
+            if masses and not self.periodic:
+                low = runner.lows[MASS_FLUX]
+                flux += [[row[face - low].sum() for row in fields[MASS_FLUX]] for face in (0, n)]
+            count, depths, where = self._lost_faces(fields["q"], lanes)
+            if count:
+                lost, first = lost.more(depths, count), where if first < 0 else first
+        return Report(float(np.maximum.reduce(speeds)), flux, lost, first)
+
+    def _impose(self, given: list[tuple[int, slice, Any]], fields: dict[str, Field], here: slice) -> None:
+        """Let pass the sides what their conditions say."""
+        for side, lanes, through in given:
+            low, high = max(lanes.start, here.start), min(lanes.stop, here.stop)
+            if low >= high or MASS_FLUX not in fields:
+                continue
+            face = side * self.axis.num_cells - self._runner.lows[MASS_FLUX]
+            for row, value in zip(fields[MASS_FLUX], through, strict=True):
+                row[face, low - here.start:high - here.start] = \
+                    value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+
+    def _lost_faces(self, q: Field, lanes: slice) -> tuple[int, np.ndarray | None, int]:
+        """Number of faces whose Roe mean has complex speeds, their depths, and the number of the cell behind the first."""
+        model, n, halo = self.model, self.axis.num_cells, self.halo
+        if not model.defines("hyperbolic_discriminant"):
+            return 0, None, -1
+        ql, qr = (cut(q, slice(halo + offset, halo + n + 1 + offset)) for offset in (-1, 0))
+        if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
+            return 0, None, -1
+        faces = np.nonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
+        if not len(faces[0]):
+            return 0, None, -1
+        depths, along, line = deepness(model, ql, qr), min(int(faces[0][0]), n - 1), lanes.start + int(faces[1][0])
+        cell = (line, along) if self.number == 0 else (along, line)
+        return (len(faces[0]), None if depths is None else np.broadcast_to(depths, np.shape(ql[0]))[faces],
+                int(np.ravel_multi_index(cell, self.problem.grid.shape)))
+
+    def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
+        n, halo = self.axis.num_cells, self.halo
+        target = self.lines(out)[:, halo:halo + n]
+        for lanes in self._chunks if self._puller is not None else ():
+            found = self._puller.run(self._fields(q, aux, lanes), n, 0.0)[PULLS]
+            for row, item in zip(target, found, strict=True):
+                row[:, lanes] = item
+
+
+class NumpyPlaneKernel(PlaneKernel):
+    """Runs sweeps on whole arrays; the pointwise functions are called as they are."""
+
+    name: ClassVar[str] = "numpy"
+    sweep_kind = NumpySweep

@@ -1,0 +1,296 @@
+"""Steps on a grid with two axes: sweeps along lines, x and y in turns, and what stands around them.
+
+A step is sources, a sweep along each axis, sources, and settling. Steps come in pairs of equal length, xy and yx, which makes them
+second order together. Sweeps fill the ghost cells of their own two sides; corners are never read.
+"""
+
+from abc import ABC, abstractmethod
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fvkit.backends.kernel import ghosts_and_seen, imposed
+from fvkit.backends.march import March, step_length
+from fvkit.backends.plan import Plan, plan
+from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.problem import fields
+from fvkit.problem.model import aux_rows
+from fvkit.problem.problem import Problem
+from fvkit.problem.side import Section
+from fvkit.problem.turned import turned
+from fvkit.schemes.scheme import Parts, Scheme
+from fvkit.schemes.stages.driven import pulling_stages
+from fvkit.schemes.stages.passengers import velocities
+from fvkit.schemes.wave_propagation import FACE
+
+
+class Report(NamedTuple):
+    """What a sweep reports.
+
+    Attributes
+    ----------
+    speed : largest speed at any face, NaN if any is.
+    flux : (2, masses) mass fluxes through both sides, summed over the cells along them.
+    lost, lost_cell : faces that lost hyperbolicity, and the number of the cell behind the first of them.
+    """
+
+    speed: float
+    flux: np.ndarray
+    lost: Lost = Lost()
+    lost_cell: int = -1
+
+
+class Border(NamedTuple):
+    """A section of a side, with the ghost cells there and the cells that these look at, both along the axis."""
+
+    section: Section
+    ghosts: slice
+    seen: slice
+    numbers: np.ndarray
+    kept: Any
+
+
+class Sweep(ABC):
+    """Abstract sweep along one axis. Contract:
+
+    1. `run` makes the state after a time dt of transport along the axis, with the sources that act with it, of padded arrays
+       (rows, ny + 2 halo, nx + 2 halo); ghost cells have been filled.
+    2. `pull` writes what pushes each phase along the axis, and the mass that bears it, of each cell.
+    """
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, number: int, halo: int) -> None:
+        self.problem, self.parts, self.number, self.halo = problem, parts, number, halo
+        self.direction, self.axis = problem.directions[number], problem.grid.axes[number]
+        self.model = self.direction.model
+        self.rows = list(self.direction.rows)
+        self.aside = list(self.direction.across + self.direction.still)
+        self.plan = widened(plan(scheme.stages(parts)), halo)
+        self.pulling = widened(plan(pulling_stages(FACE)), halo) if parts.joint else None
+        self.borders = tuple(tuple(self._border(section, side == 0) for section in given)
+                             for side, given in enumerate(problem.sides[number]))
+        self.periodic = problem.sides[number][0][0].first.reads == "opposite"
+        self.values: list[list[Any]] = []
+
+    def _border(self, section: Section, left: bool) -> Border:
+        ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
+        count = np.arange(self.halo, 0, -1.0) if left else np.arange(1.0, self.halo + 1.0)
+        kept = section.values(self.model, self.problem.t_start) if section.steady else None
+        return Border(section, _slice(ghosts), _slice(seen), count[:, None], kept)
+
+    def lines(self, padded: np.ndarray) -> np.ndarray:
+        """View of a padded array as (rows, cells along the axis and ghost cells, lines)."""
+        turned_round = np.moveaxis(padded, 2 - self.number, 1)
+        return turned_round[:, :, self.halo:turned_round.shape[2] - self.halo]
+
+    def fill(self, q: np.ndarray, t: float) -> None:
+        """Fill the ghost cells of both sides of a padded state."""
+        whole, model = self.lines(q), self.model
+        carriers = [self.rows[phase.masses[-1]] for phase in model.phases]
+        self.values = []
+        for side in self.borders:
+            self.values.append([])
+            for section, ghosts, seen, numbers, kept in side:
+                values = section.values(model, t) if kept is None else kept
+                self.values[-1].append(values)
+                end, lanes = section.first, section.lanes
+                state = tuple(whole[row, seen, lanes] for row in self.rows)
+                for row, item in zip(self.rows, end.ghost(model, state, end.layer(values, numbers)), strict=True):
+                    whole[row, ghosts, lanes] = item
+                momenta = tuple(whole[row, seen, lanes] for row in self.aside)
+                if model.phases:
+                    pairs = [(whole[row, seen, lanes], whole[row, ghosts, lanes]) for row in carriers]
+                    momenta = tuple(np.where(old == new, w, w * (new / np.where(old > 0.0, old, 1.0)))
+                                    for w, (old, new) in zip(momenta, pairs, strict=True))
+                for row, item in zip(self.aside, end.across(momenta, t), strict=True):
+                    whole[row, ghosts, lanes] = item
+
+    def fill_given(self, padded: np.ndarray, rows: slice, of_the_model: bool) -> None:
+        """Fill the ghost cells of given rows: those of the model as the conditions say, others as the cells they look at."""
+        whole = self.lines(padded)[rows]
+        for side in self.borders:
+            for section, ghosts, seen, _, _ in side:
+                if not of_the_model:
+                    whole[:, ghosts, section.lanes] = whole[:, seen, section.lanes]
+                    continue
+                outside, inside = (np.arange(whole.shape[1])[here] for here in (ghosts, seen))
+                inside = np.broadcast_to(inside, outside.shape)
+                distance = np.abs(outside - inside) * self.axis.dx
+                for lane, end in zip(range(section.lanes.start, section.lanes.stop), section.ends, strict=True):
+                    whole[:, outside, lane] = end.ghost_aux(self.model, whole[:, inside, lane], distance)
+
+    def fluxes(self) -> list[tuple[int, slice, Any]]:
+        """What conditions let through, for each section where they do: side, cells along it and the flux of each mass."""
+        found = []
+        for side, (borders, given) in enumerate(zip(self.borders, self.values, strict=True)):
+            for border, values in zip(borders, given, strict=True):
+                through = imposed(border.section.first, self.model, values)
+                if through:
+                    found.append((side, border.section.lanes, through))
+        return found
+
+    @abstractmethod
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float) -> Report:
+        """Write the state after a sweep into the cells of ``out``."""
+
+    @abstractmethod
+    def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
+        """Write push and bearing mass of every phase, two rows each, into the cells of ``out``."""
+
+
+class PlaneKernel(StepwiseKernel):
+    """A kernel of a grid with two axes: a subclass says who runs the sweeps."""
+
+    sweep_kind: type[Sweep]
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...]) -> None:
+        self.problem, self.scheme, self.parts = problem, scheme, parts[0]
+        self.mass_rows = list(problem.mass_rows)
+        self.joint = bool(self.parts.joint)
+        plans = [plan(scheme.stages(one)) for one in parts]
+        self.halo = max(one.halo for one in plans)
+        if min(problem.grid.shape) < self.halo:
+            raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}")
+        self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
+        self._lay_out(problem)
+        self._work = self.padded(problem.q0)
+
+    def _lay_out(self, problem: Problem) -> None:
+        """Lay out the given functions, the fields of sources and, for each axis, what acts across it."""
+        own, model = len(problem.model.aux), problem.model
+        more = sum(field.size for field in problem.fields)
+        pulls = 3 * self.parts.across if self.joint else 0
+        ny, nx = problem.grid.shape
+        self.given = np.zeros((own + more, ny + 2 * self.halo, nx + 2 * self.halo))
+        for row, values in zip(self.given, aux_rows(model, problem.aux_averages), strict=False):
+            self.inside(row[None])[0] = values
+        for sweep in self.sweeps:
+            sweep.fill_given(self.given, slice(0, own), of_the_model=True)
+        if problem.fields:
+            self.set_fields(problem.t_start)
+        shape = self.given.shape[1:]
+        self.pulls = [np.zeros((pulls, *shape)) for _ in self.sweeps]
+        self._pushed = [np.zeros((2 * (pulls // 3), *shape)) for _ in self.sweeps]
+
+    def set_fields(self, t: float) -> None:
+        own = len(self.problem.model.aux)
+        self.inside(self.given[own:])[:] = fields.averages(self.problem.fields, t).reshape(-1, *self.problem.grid.shape)
+        for sweep in self.sweeps:
+            sweep.fill_given(self.given, slice(own, len(self.given)), of_the_model=False)
+
+    def padded(self, q: np.ndarray) -> np.ndarray:
+        ny, nx = q.shape[1:]
+        result = np.zeros((len(q), ny + 2 * self.halo, nx + 2 * self.halo))
+        self.inside(result)[:] = q
+        return result
+
+    def inside(self, padded: np.ndarray) -> np.ndarray:
+        halo = self.halo
+        return padded[:, halo:padded.shape[1] - halo, halo:padded.shape[2] - halo]
+
+    @property
+    def steady_boundary(self) -> bool:
+        return self.problem.steady_boundary
+
+    @property
+    def dx(self) -> float:
+        return self.problem.grid.axes[0].dx
+
+    def length(self, march: March, dt: float, target: float) -> tuple[float, bool]:
+        fixed = march.bounds[0] > 0.0
+        return step_length(march.t, dt, target, pair=march.steps % 2 == 0 and not fixed)
+
+    def following(self, march: March, dt: float, longest: float) -> float:
+        return longest if march.steps % 2 else dt
+
+    def trial(self, march: March, dt: float) -> Trial:
+        splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
+        first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
+        brought = np.zeros(max(len(self.mass_rows), 1))
+        if not self.steady_fields:
+            self.set_fields(middle)
+        start, between = march.now, self._work
+        if self.parts.beside and splitting.before > 0.0:
+            self.inside(march.next)[:] = self.inside(start)
+            start = march.next
+            for source in self.parts.beside:
+                self._act(source, start, splitting.before * dt, brought)
+        if self.joint:
+            self._look_across(start, middle)
+        first.fill(start, middle)
+        one = first.run(start, between, self._aux(first), dt)
+        second.fill(between, middle)
+        other = second.run(between, march.next, self._aux(second), dt)
+        for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
+            self._act(source, march.next, splitting.after * dt, brought)
+        self._settle(march.next)
+        scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
+        widths = [self.volume / sweep.axis.dx for sweep in (first, second)]
+        speed = max(one.speed * scales[0], other.speed * scales[1])
+        if not isfinite(one.speed + other.speed):
+            speed = float("nan")
+        flux = one.flux * widths[0] + other.flux * widths[1]
+        lost = Lost(one.lost.faces + other.lost.faces, one.lost.films + other.lost.films,
+                    max(one.lost.deepest, other.lost.deepest))
+        return Trial(speed, self._good(march.next), flux, brought, lost, max(one.lost_cell, other.lost_cell))
+
+    def _aux(self, sweep: Sweep) -> np.ndarray:
+        """Given rows of a sweep, and behind them what acts across it."""
+        return np.concatenate([self.given, self.pulls[sweep.number]]) if self.joint else self.given
+
+    def _look_across(self, q: np.ndarray, t: float) -> None:
+        """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it."""
+        for sweep in self.sweeps:
+            sweep.fill(q, t)
+            sweep.pull(q, self._pushed[sweep.number], self.given)
+        for sweep, other in zip(self.sweeps, self.sweeps[::-1], strict=True):
+            target, inside = self.pulls[sweep.number], self.inside(q)
+            found = velocities(other.model, tuple(inside[row] for row in other.rows),
+                               tuple(inside[row] for row in sweep.direction.across))
+            self.inside(target[::3])[:] = found
+            target[1::3], target[2::3] = self._pushed[other.number][::2], self._pushed[other.number][1::2]
+            sweep.fill_given(target, slice(0, len(target)), of_the_model=False)
+
+    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray) -> None:
+        """Let a source act on the cells for dt, and add what it makes of each mass to ``brought``."""
+        inside, sweep, aux = self.inside(q), self.sweeps[0], tuple(self.inside(self.given))
+        before = tuple(inside) if not source.turns or not self.parts.across else \
+            tuple(inside[row] for row in (*sweep.rows, *sweep.direction.across))
+        if source.turns and self.parts.across:
+            after = turned(source, sweep.model, before, before, before,
+                           lambda _, state: source.step(self.parts.model, state, aux, dt), along_only=not source.between_phases)
+            places = [*sweep.rows, *sweep.direction.across]
+            rows = list(sweep.model.mass_rows())
+        else:
+            after, places, rows = source.step(self.parts.model, before, aux, dt), range(len(inside)), self.mass_rows
+        for k, row in enumerate(rows):
+            if after[row] is not before[row]:
+                brought[k] += np.add.reduce(after[row] - before[row], axis=None)
+        for place, component in zip(places, after, strict=True):
+            inside[place] = component
+
+    def _settle(self, q: np.ndarray) -> None:
+        """Let what is too thin to move lose its momenta."""
+        if not self.problem.model.defines("settle"):
+            return
+        inside = self.inside(q)
+        for sweep in self.sweeps:
+            for row, component in zip(sweep.rows, sweep.model.settle(tuple(inside[row] for row in sweep.rows)), strict=True):
+                inside[row] = component
+
+    def _good(self, padded: np.ndarray) -> bool:
+        """Whether a state is finite, without negative masses, and admissible."""
+        q = self.inside(padded)
+        if not isfinite(np.add.reduce(q, None)) or any(q[row].min() < 0.0 for row in self.mass_rows):
+            return False
+        return all(bool(np.all(sweep.model.admissible(tuple(q[row] for row in sweep.rows))))
+                   for sweep in self.sweeps if sweep.model.defines("admissible"))
+
+
+def widened(found: Plan, halo: int) -> Plan:
+    """Return a plan with the halo that all sweeps share."""
+    return Plan(found.stages, found.ranges, halo)
+
+
+def _slice(cells: range) -> slice:
+    return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)

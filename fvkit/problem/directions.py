@@ -1,0 +1,118 @@
+"""Directions of a grid: what a model sees of the state in a sweep along one axis, and what only rides along.
+
+Along an axis every model sees its own one-dimensional system. On a grid with two axes the state has a row more for each momentum:
+(masses, momentum x, momentum y) of every phase. In a sweep along x the momentum along y is a passenger of its phase's own mass
+flux, in a sweep along y that along x: a permutation of rows, not of data.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fvkit.problem.grid import NAMES, Grid
+from fvkit.problem.model import Model
+
+#: Names of both sides of each axis.
+SIDES = (("west", "east"), ("south", "north"))
+
+
+class Direction(NamedTuple):
+    """What a sweep along one axis sees.
+
+    Attributes
+    ----------
+    number : of the axis, 0 for x.
+    model : the equations along that axis, see `fvkit.Model.along`.
+    rows : rows of the state that the model sees, in its own order.
+    across : rows of the momenta across, one for each phase; () where the model has none.
+    still : rows of components across that a sweep leaves as they are.
+    names : of all rows of the state.
+    """
+
+    number: int
+    model: Model
+    rows: tuple[int, ...]
+    across: tuple[int, ...] = ()
+    still: tuple[int, ...] = ()
+    names: tuple[str, ...] = ()
+
+
+def directions(model: Model, grid: Grid) -> tuple[Direction, ...]:
+    """Return the direction of every axis of a grid; ValueError, with the reason, for a model that serves one axis alone."""
+    if len(grid.axes) == 1:
+        return (Direction(0, model, tuple(range(len(model.conserved))), names=model.conserved),)
+    if model.dimensions < len(grid.axes):
+        raise ValueError(f"{type(model).__name__} serves one axis alone, got a grid with {len(grid.axes)}: "
+                         "take a model such as gr.TwoPhase, or fv.Grid(lower, upper, num_cells)")
+    split, places = _split(model), _places(model)
+    result = []
+    for number in range(len(grid.axes)):
+        rows = [place + number * (k in split) for k, place in enumerate(places)]
+        for vector in model.vectors:
+            if len(vector) == 2 and number == 1:
+                rows[vector[0]], rows[vector[1]] = rows[vector[1]], rows[vector[0]]
+        others = {k: places[k] + 1 - number for k in split}
+        across = tuple(others[phase.momentum] for phase in model.phases)
+        result.append(Direction(number, model.along(number), tuple(rows), across,
+                                () if model.phases else tuple(others.values()), component_names(model, grid)))
+    return tuple(result)
+
+
+def component_names(model: Model, grid: Grid) -> tuple[str, ...]:
+    """Return the names of the rows of the state on a grid: with two axes "h v_x" and "h v_y" for the momentum "h v"."""
+    if len(grid.axes) == 1:
+        return model.conserved
+    split = _split(model)
+    return tuple(name for k, own in enumerate(model.conserved)
+                 for name in ([f"{own}_{axis}" for axis in NAMES] if k in split else [own]))
+
+
+def _split(model: Model) -> set[int]:
+    """Rows of a model that are one component of a vector, which has two rows in two dimensions."""
+    return {phase.momentum for phase in model.phases} | {vector[0] for vector in model.vectors if len(vector) == 1}
+
+
+def _places(model: Model) -> list[int]:
+    """Where each row of a model stands in the state with two axes; that of a vector first its component along x."""
+    split, places = _split(model), []
+    for k in range(len(model.conserved)):
+        places.append(k + sum(row < k for row in split))
+    return places
+
+
+def mass_places(model: Model, grid: Grid) -> tuple[int, ...]:
+    """Rows of the state on a grid that are masses."""
+    return model.mass_rows() if len(grid.axes) == 1 else tuple(_places(model)[row] for row in model.mass_rows())
+
+
+def observables(model: Model, grid: Grid, q: np.ndarray, aux: Any = None) -> dict[str, np.ndarray]:
+    """Return the observables of a state on a grid, {name: array of cells}.
+
+    With two axes a vector v has v_x, v_y and its size, "speed" (of vs "speed_s"); scalars are those of the model.
+    """
+    if len(grid.axes) == 1:
+        return model.observables(q, aux)
+    first, second = (one.model.observables(q[list(one.rows)], aux) for one in directions(model, grid))
+    turning, result = _vectors(model, tuple(first)), {}
+    for name, values in first.items():
+        if name not in turning:
+            result[name] = values
+            continue
+        result |= {f"{name}_{axis}": item for axis, item in zip(NAMES, (values, second[name]), strict=True)}
+        result[speed_name(name)] = np.hypot(values, second[name])
+    return result
+
+
+def speed_name(name: str) -> str:
+    """Return what the size of a vector is called: "speed" of v, "speed_s" of vs."""
+    return "speed" + (f"_{name[1:]}" if len(name) > 1 else "")
+
+
+def _vectors(model: Model, names: tuple[str, ...]) -> set[str]:
+    """Return the observables that are components of vectors: those that turn round with the momenta."""
+    q, split = np.full((len(model.conserved), 1), 1.5), sorted(_split(model))
+    aux = {name: np.zeros(1) for name in model.aux}
+    turned = q.copy()
+    turned[split] *= -1.0
+    ahead, back = model.observables(q, aux), model.observables(turned, aux)
+    return {name for name in names if not np.array_equal(ahead[name], back[name])}
