@@ -68,7 +68,7 @@ def test_products_are_contracted_once_and_only_where_the_processor_can(monkeypat
     both, used = x * y + y * y, x * x
     nodes = tuple(needed([both, used + x, used], lambda node: node.operation == "load"))
     inside = tuple(node for node in nodes if node.operation != "load")
-    assert llvm.contracted(inside, (both, used + x, used)) == {(x * y).index}
+    assert llvm.contracted(inside, (both, used + x, used)) == {both.index: (x * y).index}
     near = 1.0 + 2.0**-30  # its square has more digits than there is room for
     once = float(Fraction(near) ** 2 - 1)
     for fma, wanted in ((True, once), (False, near * near - 1.0)):
