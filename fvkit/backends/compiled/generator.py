@@ -144,6 +144,7 @@ class Generator(Ends):
         """
         low, high = span
         count = f"nt + {high - low}"
+        self.twofold = {}
         (usual, asked), conditions = usually(self.graph, lambda: self.asking(stages, guarded, low))
         versions, rare = [(usual, asked)], reduce(or_, conditions, False)
         if conditions:  # the usual value stays to the bit where it is usual: both sides of a face may see it from two tiles

@@ -49,7 +49,8 @@ class Writer:
         self.percell = PerCell(self.graph)
         self.read_from: dict[int, str] = {}
         self.given = len(problem.model.conserved) + sum(varies)
-        #: Row and values of what differs between the two versions of a loop, by the index of the symbol that reads it.
+        #: Row and values of what differs between the two versions of the loop that is being written, by the index of the
+        #: symbol that reads it. A later loop may pass that symbol on: there it is a plain value.
         self.twofold: dict[int, tuple[Row, tuple[Any, Any]]] = {}
         self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
 
