@@ -49,7 +49,9 @@ def usually(graph: Graph, build: Callable[[], Any]) -> tuple[Any, list[Expr]]:
 
 
 def chosen(condition: Any, value: Any, otherwise: Any) -> Any:
-    """Return ``where`` for each entry of tuples, lists and dictionaries; named tuples keep their type."""
+    """Return ``where`` for each entry of tuples, lists and dictionaries; named tuples keep their type, and equal objects stay."""
+    if value is otherwise:
+        return value
     if isinstance(value, dict):
         return {name: chosen(condition, item, otherwise[name]) for name, item in value.items()}
     if not isinstance(value, tuple | list):

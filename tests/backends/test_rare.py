@@ -98,3 +98,22 @@ def test_a_rare_face_at_an_end_is_that_of_numpy(cells, rare):
     problem = fv.Problem(Cascade(), fv.Grid(0.0, 1.0, cells), np.stack([np.ones(cells), np.zeros(cells)]), 1.0, boundary=ends)
     plain = end(problem, fv.WavePropagation(fv.HLL()), "numpy")
     np.testing.assert_allclose(end(problem, fv.WavePropagation(fv.HLL()), "numba"), plain, rtol=0.0, atol=1e-12)
+
+
+def test_numpy_computes_what_is_rare_only_where_it_occurs():
+    calls, depth = [], np.array([4.0, 9.0])
+
+    def roots():
+        calls.append(1)
+        return Cliff(np.sqrt(depth), [depth, {"twice": (2.0 * depth, None)}])
+
+    usual = Cliff(0.0, [1.0, {"twice": (3.0, None)}])
+    assert fv.rarely(depth > 10.0, roots, usual) is usual
+    assert fv.rarely(depth > np.nan, roots, usual) is usual
+    assert not calls
+    found = fv.rarely(depth > 5.0, roots, usual)
+    assert isinstance(found, Cliff)
+    assert found.push.tolist() == [0.0, 3.0]
+    assert found.slide[0].tolist() == [1.0, 9.0]
+    assert found.slide[1]["twice"][0].tolist() == [3.0, 18.0]
+    assert found.slide[1]["twice"][1] is None
