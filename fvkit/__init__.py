@@ -17,7 +17,7 @@ from fvkit.output.load import load
 from fvkit.output.save import save
 from fvkit.output.solution import Solution
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
-from fvkit.pointwise import maximum, minimum, where
+from fvkit.pointwise import maximum, minimum, rarely, where
 from fvkit.pointwise.contract import PointwiseError
 from fvkit.problem.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
 from fvkit.problem.grid import Grid
@@ -57,7 +57,7 @@ __all__ = [
     "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann", "Reconstruction", "RiemannSolver", "Roe",
     "Rusanov", "Samples", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status", "Step", "Stepper",
     "Stop", "StopAtRest", "Strang", "Stream", "Superbee", "SweepResult", "ThirdOrder", "VanLeer", "Wall", "WavePropagation",
-    "convergence", "load", "maximum", "minimum", "resume", "rhs", "save", "solve", "sweep", "where",
+    "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs", "save", "solve", "sweep", "where",
 ]
 
 

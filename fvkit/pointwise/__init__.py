@@ -17,6 +17,7 @@ from fvkit.pointwise.functions import (
     weighted,
     where,
 )
+from fvkit.pointwise.rare import rarely
 
 __all__ = ["CHUNK", "TINY", "add", "combine", "dot", "known", "largest_share", "least", "maximum", "minimum", "multiply",
-           "scale", "subtract", "weighted", "where"]
+           "rarely", "scale", "subtract", "weighted", "where"]

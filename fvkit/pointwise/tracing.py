@@ -28,6 +28,8 @@ class Graph:
     def __init__(self) -> None:
         self.nodes: list[Expr] = []
         self._known: dict[tuple[Any, ...], Expr] = {}
+        #: Conditions of `fvkit.rarely` that a trace takes for unmet; None where it keeps both cases.
+        self.rare: list[Expr] | None = None
 
     def node(self, operation: str, *arguments: Any) -> "Expr":
         """Return the node of an operation, made if it is new."""
@@ -126,12 +128,12 @@ class Expr:
     __hash__ = None  # type: ignore[assignment]  # a symbol compares to a symbol: it is no key
 
     def __and__(self, other: Any) -> Any:
-        return self.graph.node("&", self, _value(other))
+        return _both(self.graph, self, other)
 
     __rand__ = __and__
 
     def __or__(self, other: Any) -> Any:
-        return self.graph.node("|", self, _value(other))
+        return _either(self.graph, self, other)
 
     __ror__ = __or__
 
@@ -226,6 +228,16 @@ def _where(graph: Graph, condition: Any, *choices: Any) -> Any:
     return graph.node("where", condition, a, b)
 
 
+def _both(graph: Graph, a: Any, b: Any) -> Any:
+    a, b = (b, a) if isinstance(b, Expr) and not isinstance(a, Expr) else (a, _value(b))
+    return graph.node("&", a, b) if isinstance(b, Expr) else a if b else False
+
+
+def _either(graph: Graph, a: Any, b: Any) -> Any:
+    a, b = (b, a) if isinstance(b, Expr) and not isinstance(a, Expr) else (a, _value(b))
+    return graph.node("|", a, b) if isinstance(b, Expr) else True if b else a
+
+
 def _clip(graph: Graph, a: Any, low: Any, high: Any) -> Any:
     return graph.node("minimum", graph.node("maximum", a, low), high)
 
@@ -241,9 +253,9 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: _plain(name) for name in ("maximum", "minimum", "hypot", "arctan2")},
     **{ufunc: _plain(operation) for ufunc, operation in (
         ("less", "<"), ("less_equal", "<="), ("greater", ">"), ("greater_equal", ">="), ("equal", "=="), ("not_equal", "!="),
-        ("bitwise_and", "&"), ("logical_and", "&"), ("bitwise_or", "|"), ("logical_or", "|"), ("invert", "not"),
-        ("logical_not", "not"), ("absolute", "abs"), ("fabs", "abs"), ("negative", "neg"))},
+        ("invert", "not"), ("logical_not", "not"), ("absolute", "abs"), ("fabs", "abs"), ("negative", "neg"))},
     "add": _add, "subtract": _subtract, "multiply": _multiply, "divide": _divide, "true_divide": _divide, "power": _power,
+    "bitwise_and": _both, "logical_and": _both, "bitwise_or": _either, "logical_or": _either,
     "float_power": _power, "where": _where, "clip": _clip, "positive": lambda graph, a: a,
     "zeros_like": lambda graph, a: 0.0, "ones_like": lambda graph, a: 1.0, "full_like": lambda graph, a, value: value,
     "square": lambda graph, a: a * a, "reciprocal": lambda graph, a: 1.0 / a,

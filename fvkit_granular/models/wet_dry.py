@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import attrs
 import numpy as np
 
-from fvkit.pointwise import known, maximum, minimum, where
+from fvkit.pointwise import known, maximum, minimum, rarely, where
 
 #: Smallest threshold of a dry cell, m: products of three depths stay normal numbers.
 LEAST_DRY = 1e-30
@@ -20,6 +20,9 @@ IMMOBILE = 1e-10
 #: An emerged step becomes a wall once its excess exceeds a multiple of the kinetic head of the flow towards it: ``HIGH`` for a
 #: step far above the water, ``HIGH + SHORE`` for a step of a shore, no higher than the water before it. ``CLOSING`` is the rate.
 CLOSING, HIGH, SHORE = 4.0, 8.0, 120.0
+
+#: A bottom counts as resolved where the depths of two neighbours together are this many times the step between them.
+RESOLVED = 20.0
 
 #: Added to denominators that vanish together with their numerators: far below any product of depths and speeds.
 TINY = 1e-200
@@ -93,7 +96,15 @@ class Step(NamedTuple):
 
 
 def face_step(hl, hr, bl, br):
-    """Return the `Step` at a face with depths hl, hr and bottoms bl, br, m."""
+    """Return the `Step` at a face with depths hl, hr and bottoms bl, br, m: of a resolved bottom nothing but db."""
+    db, depths = br - bl, hl + hr
+    abrupt = (RESOLVED * np.abs(db) > depths) | (db > hl) | (-db > hr)
+    return rarely((db != 0.0) & (depths > 0.0) & abrupt, lambda: abrupt_step(hl, hr, bl, br),
+                  Step(db, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+def abrupt_step(hl, hr, bl, br):
+    """Return the `Step` at a face where the bottom is not resolved, or emerges."""
     db, excess = bed_step(hl, hr, bl, br)
     above, below = upper(db, hl, hr), upper(db, hr, hl)
     size = np.abs(excess)
@@ -101,7 +112,7 @@ def face_step(hl, hr, bl, br):
     covered = above / (below + TINY)
     steep = minimum(1.0, 2.0 * np.abs(db) / (np.abs(hr - hl) + TINY)) * minimum(1.0, 2.0 * covered)
     raised, height = size * inverse, np.abs(db) / (hl + hr + TINY)
-    steep = steep * maximum(0.0, minimum(1.0, 20.0 * height - 1.0))
+    steep = steep * maximum(0.0, minimum(1.0, RESOLVED * height - 1.0))
     abrupt = maximum(0.0, minimum(1.0, 3.0 - 4.0 * height))
     even = minimum(1.0, 2.0 * below / (above + TINY))
     return Step(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))

@@ -27,6 +27,7 @@ OPERATIONS = {
     "trigonometry": lambda x, y: np.sin(x) * np.cos(y) + np.tanh(x) + np.arctan2(y, x * x + 1.0), "clip": lambda x, y: np.clip(x, -1.0, 3.0) + y,
     "division": lambda x, y: x / (1.0 + y * y) + 2.0 / (3.0 + x * x), "numpy scalar": lambda x, y: np.float64(2.0) * x - np.float64(1.0) / (2.0 + y * y),
     "comparisons": lambda x, y: np.where(x <= y, 1.0, 0.0) + np.where(x >= 1.0, 2.0, 0.0) + np.where(x == y, 3.0, y), "square": lambda x, y: np.square(x) + np.abs(y),
+    "logic of constants": lambda x, y: np.where((((x > 0) & True) | False) & (np.False_ | (y < 1.0)), x, 1.0) + np.where(((x > y) & False) | (True | (x > y)), y, 2.0),
     "reflection": lambda x, y: (-1.0 - x) + (0.0 - y), "halves": lambda x, y: x / 2.0 - y / 1.0 + 0.0 / (1.0 + y * y),
     "constants": lambda x, y: 1.0 * x + 0.0 * y - 1.0 * y + 0.0, "negative power": lambda x, y: (1.0 + x * x) ** -1 + (2.0 + y * y) ** -2, "hypot": lambda x, y: np.hypot(x, y),
 }
@@ -68,7 +69,7 @@ def test_products_are_contracted_once_and_only_where_the_processor_can(monkeypat
     both, used = x * y + y * y, x * x
     nodes = tuple(needed([both, used + x, used], lambda node: node.operation == "load"))
     inside = tuple(node for node in nodes if node.operation != "load")
-    assert llvm.contracted(inside, (both, used + x, used)) == {(x * y).index}
+    assert llvm.contracted(inside, (both, used + x, used)) == {both.index: (x * y).index}
     near = 1.0 + 2.0**-30  # its square has more digits than there is room for
     once = float(Fraction(near) ** 2 - 1)
     for fma, wanted in ((True, once), (False, near * near - 1.0)):
@@ -88,6 +89,19 @@ def test_functions_are_exact_to_a_unit_in_the_last_place(name, low, high):
     x = np.random.default_rng(3).uniform(low, high, 20_000)
     found, wanted = (np.array([one(item) for item in x]) for one in (run, getattr(math, name)))
     assert (np.abs(found - wanted) <= 2.0 * np.spacing(np.abs(wanted))).all()  # one of ours and one of the library's
+
+
+def test_what_two_blocks_share_is_contracted_alike():
+    graph = Graph()
+    x, y = graph.node("load", "x"), graph.node("load", "y")
+    product, other = x * y, x * x
+    first = block("first", [product + y], lambda node: node.operation == "load")
+    assert first.fused == {(product + y).index: product.index}
+    both = [product + y, product, other - x]  # here something else uses the product
+    assert block("alone", both, lambda node: node.operation == "load").fused == {(other - x).index: other.index}
+    assert block("second", both, lambda node: node.operation == "load", first).fused == {**first.fused, (other - x).index: other.index}
+    apart = block("apart", [product + y, product], lambda node: node.operation == "load")
+    assert block("third", [product + y], lambda node: node.operation == "load", apart).fused == {}
 
 
 def test_equal_operations_are_shared_and_unused_ones_vanish():

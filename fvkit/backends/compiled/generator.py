@@ -10,7 +10,9 @@ literal 0 and makes no code.
 """
 
 from collections.abc import Callable
+from functools import reduce
 from itertools import takewhile
+from operator import or_
 from typing import Any
 
 import attrs
@@ -22,6 +24,7 @@ from fvkit.backends.kernel import deepness
 from fvkit.backends.march import FILM, MICRO
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.contract import users
+from fvkit.pointwise.rare import chosen, usually
 from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme, Stage
@@ -135,44 +138,66 @@ class Generator(Ends):
 
     def stage_loop(self, span: tuple[int, int], stages: list[Stage], guarded: list[Stage], later: set[str],
                    first: bool) -> None:
-        """The loop of a group, and behind tests that it makes, those of the guarded stages that follow it."""
+        """The loop of a group, and behind tests that it makes, those of the guarded stages that follow it.
+
+        A group that asks for `fvkit.rarely` has two versions of its loop, and a short loop that chooses.
+        """
         low, high = span
-        count, own = f"nt + {high - low}", self.run(stages, low)
-        extra: list[tuple[str, Any]] = []
+        count = f"nt + {high - low}"
+        self.twofold = {}
+        (usual, asked), conditions = usually(self.graph, lambda: self.asking(stages, guarded, low))
+        versions, rare = [(usual, asked)], reduce(or_, conditions, False)
+        if conditions:  # the usual value stays to the bit where it is usual: both sides of a face may see it from two tiles
+            own, asks = self.asking(stages, guarded, low)
+            versions.append((chosen(rare, own, usual), [one | other for one, other in zip(asks, asked, strict=True)]))
+        later = later.union(*({read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
+                              for stage in guarded))
+        own = usual | {name: self.shared(value, versions[-1][0][name], low) for name, value in usual.items() if name in later}
         changed: dict[str, Any] = {}
         behind: list[dict[str, Any]] = []
-        masks: dict[int, tuple[Row, Any]] = {}
+        masks: dict[int, Row] = {}
         for k, stage in enumerate(guarded):
-            inputs = self.inputs(stage, low, own, low)
             self.emit(f"hit{k} = 0")
-            asks = stage.guard(self.parts, self.ratio, **inputs)  # type: ignore[misc]  # all of these have one
-            extra.append((f"hit{k} = hit{k} | {{}}", asks))
             if stage.sparse:
-                masks[k] = self.new_row(low), self.graph.node("where", asks, 1.0, 0.0)
-            behind.append(stage.run(self.parts, self.ratio, inputs))
+                masks[k] = self.new_row(low)
+            behind.append(stage.run(self.parts, self.ratio, self.inputs(stage, low, own, low)))
             changed |= behind[-1]
-            later = later | {read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
 
         def largest(fastest: Any) -> tuple[str, Any]:
             return "smx[j] = {}", keeping_nan(self.graph.node("maximum", fastest, self.graph.node("load", "smx[j]")))
 
-        if SPEED in own and SPEED not in changed:
-            extra.append(largest(own[SPEED]))
         if first and self.problem.model.defines("hyperbolic_discriminant"):
             self.emit("doubt = 0")
-            extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
-        kept = {name: value for name, value in own.items() if name in later}
-        writes = self.store(kept, low, changed)
-        self.loop(count, [*writes, *masks.values()], low, extra, always=True)
+        writes = self.store({name: value for name, value in own.items() if name in later}, low, changed)
+        if conditions:
+            self.emit("rare = 0")
+            self.loop(count, [], low, [("rare = rare | {}", rare)])
+        for which, (values, asked) in enumerate(versions):
+            if conditions:
+                self.emit("else:" if which else "if rare == 0:")
+            extra = [(f"hit{k} = hit{k} | {{}}", asks) for k, asks in enumerate(asked)]
+            if SPEED in values and SPEED not in changed:
+                extra.append(largest(values[SPEED]))
+            if first and self.problem.model.defines("hyperbolic_discriminant"):
+                extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
+            marks = [(row, self.graph.node("where", asked[k], 1.0, 0.0)) for k, row in masks.items()]
+            self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1, always=which == 0,
+                      like=self.blocks[-1] if which else None)
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
             if k in masks:
-                self.where_asked(count, masks[k][0], self.restore(values), low, rows)
+                self.where_asked(count, masks[k], self.restore(values), low, rows)
             else:
                 self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
         if SPEED in changed:
             self.loop(count, [], low, [largest(self.value(SPEED, low, {}, low))])
+
+    def asking(self, stages: list[Stage], guarded: list[Stage], low: int) -> tuple[dict[str, Any], list[Any]]:
+        """Symbols of what the stages of a loop write, and of what the guarded stages behind it ask."""
+        own = self.run(stages, low)
+        return own, [stage.guard(self.parts, self.ratio, **self.inputs(stage, low, own, low))  # type: ignore[misc]  # they have one
+                     for stage in guarded]
 
     def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
         """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.

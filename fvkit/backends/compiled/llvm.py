@@ -35,18 +35,20 @@ class Block:
     inputs : leaves, loads or uniform values, in the order of the arguments.
     nodes : what is computed, in order.
     outputs : nodes or numbers that are returned, as a tuple; conditions as integers 0 or 1.
+    fused : {sum or difference: product that it contracts}, by index.
     """
 
     name: str
     inputs: tuple[Expr, ...]
     nodes: tuple[Expr, ...]
     outputs: tuple[Any, ...]
+    fused: dict[int, int]
 
     def text(self) -> str:
         """The content of the block, for the key of the cache."""
         lines = [f"# {self.name}({', '.join(_label(item) for item in self.inputs)})"]
         lines += [f"#   {_label(node)} = {node.operation} {' '.join(_label(item) for item in node.arguments)}"
-                  for node in self.nodes]
+                  + (f" (%{self.fused[node.index]} in one)" if node.index in self.fused else "") for node in self.nodes]
         return "\n".join([*lines, f"#   return {' '.join(_label(item) for item in self.outputs)}"])
 
     def compiled(self) -> Any:
@@ -64,32 +66,35 @@ class Block:
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         values = {node.index: value for node, value in zip(self.inputs, arguments, strict=True)}
-        emitter = _Emitter(context, builder, values, contracted(self.nodes, self.outputs) if has_fma() else set())
+        emitter = _Emitter(context, builder, values, self.fused if has_fma() else {})
         for node in self.nodes:
-            if node.index not in emitter.contracted:
-                values[node.index] = emitter.node(node)
+            values[node.index] = emitter.node(node)
         results = [emitter.widened(item) for item in self.outputs]
         return context.make_tuple(builder, signature.return_type, results)
 
 
-def block(name: str, outputs: list[Any], leaf: Callable[[Expr], bool]) -> Block:
-    """Return the block that computes the outputs from the nodes for which ``leaf`` is true."""
+def block(name: str, outputs: list[Any], leaf: Callable[[Expr], bool], like: Block | None = None) -> Block:
+    """Return the block that computes the outputs from the nodes for which ``leaf`` is true; what it shares with the block
+    ``like`` is computed as there, to the bit."""
     inputs: list[Expr] = []
     inside: list[Expr] = []
     for node in needed(outputs, leaf):
         (inputs if leaf(node) else inside).append(node)
-    return Block(name, tuple(inputs), tuple(inside), tuple(outputs))
+    return Block(name, tuple(inputs), tuple(inside), tuple(outputs), contracted(inside, outputs, like))
 
 
-def contracted(nodes: tuple[Expr, ...], outputs: tuple[Any, ...]) -> set[int]:
-    """Return the products that nothing but one sum or difference uses, one for each: it is computed as a b + c, rounded once."""
+def contracted(nodes: list[Expr], outputs: list[Any], like: Block | None = None) -> dict[int, int]:
+    """Return for each sum or difference the product in it that nothing else uses: it is computed as a b + c, rounded once.
+
+    Sums that occur in the block ``like`` are computed as there."""
     uses = Counter(item.index for node in nodes for item in node.arguments if isinstance(item, Expr))
     uses.update(item.index for item in outputs if isinstance(item, Expr))
-    inside, found = {node.index for node in nodes}, set()
+    inside, found = {node.index for node in nodes}, {} if like is None else dict(like.fused)
+    known = set() if like is None else {node.index for node in like.nodes}
     for node in nodes:
-        for item in node.arguments if node.operation in ("+", "-") else ():
+        for item in node.arguments if node.operation in ("+", "-") and node.index not in known else ():
             if isinstance(item, Expr) and item.operation == "*" and item.index in inside and uses[item.index] == 1:
-                found.add(item.index)
+                found[node.index] = item.index
                 break
     return found
 
@@ -114,10 +119,10 @@ def is_condition(item: Any) -> bool:
 class _Emitter:
     """Writes the instructions of nodes whose arguments are known."""
 
-    def __init__(self, context: Any, builder: Any, values: dict[int, Any], contracted: set[int]) -> None:
+    def __init__(self, context: Any, builder: Any, values: dict[int, Any], fused: dict[int, int]) -> None:
         from llvmlite import ir
 
-        self.context, self.builder, self.values, self.contracted, self.ir = context, builder, values, contracted, ir
+        self.context, self.builder, self.values, self.products, self.ir = context, builder, values, fused, ir
         self.double, self.whole = ir.DoubleType(), ir.IntType(64)
 
     def argument(self, item: Any) -> Any:
@@ -138,9 +143,9 @@ class _Emitter:
     def node(self, node: Expr) -> Any:
         """The instructions of one node."""
         operation, builder = node.operation, self.builder
-        product = next((item for item in node.arguments if isinstance(item, Expr) and item.index in self.contracted), None)
-        if product is not None:
-            return self.contraction(node, product)
+        if node.index in self.products:
+            return self.contraction(node, next(item for item in node.arguments
+                                               if isinstance(item, Expr) and item.index == self.products[node.index]))
         items = [self.argument(item) for item in node.arguments]
         if operation in _ARITHMETIC:
             return getattr(builder, _ARITHMETIC[operation])(*items)

@@ -49,6 +49,9 @@ class Writer:
         self.percell = PerCell(self.graph)
         self.read_from: dict[int, str] = {}
         self.given = len(problem.model.conserved) + sum(varies)
+        #: Row and values of what differs between the two versions of the loop that is being written, by the index of the
+        #: symbol that reads it. A later loop may pass that symbol on: there it is a plain value.
+        self.twofold: dict[int, tuple[Row, tuple[Any, Any]]] = {}
         self.light = {name: stage for stage in plan.stages if stage.light for name in stage.writes}
 
     def _symbolic(self, part: Any) -> Any:
@@ -118,6 +121,9 @@ class Writer:
         def place(value: Any, other: Any) -> Any:
             if isinstance(value, tuple):
                 return tuple(place(item, other[k]) for k, item in enumerate(value))
+            if isinstance(value, Expr) and value.index in self.twofold:
+                writes.append((self.twofold[value.index][0], value))
+                return writes[-1][0]
             if value is other and value.uniform if isinstance(value, Expr) else not isinstance(other, Expr) and value == other:
                 return value
             writes.append((self.new_row(low), value))
@@ -126,6 +132,22 @@ class Writer:
         for name, value in values.items():
             self.fields[name] = place(value, later.get(name, value))
         return writes
+
+    def shared(self, usual: Any, whole: Any, low: int) -> Any:
+        """Symbols of values that both versions of a loop leave: where they differ, of the row that either writes."""
+        if isinstance(usual, tuple):
+            return tuple(self.shared(one, other, low) for one, other in zip(usual, whole, strict=True))
+        if usual is whole if isinstance(usual, Expr) else not isinstance(whole, Expr) and usual == whole:
+            return usual
+        row = self.new_row(low)
+        node = self.load(row, low)
+        self.twofold[node.index] = row, (usual, whole)
+        return node
+
+    def version(self, writes: list[tuple[Row, Any]], which: int) -> list[tuple[Row, Any]]:
+        """What one of the two versions of a loop writes: 0 the usual one."""
+        return [(row, self.twofold[value.index][1][which] if isinstance(value, Expr) and value.index in self.twofold else value)
+                for row, value in writes]
 
     def restore(self, values: dict[str, Any]) -> list[tuple[Row, Any]]:
         """Return what a guarded stage writes to the rows that its fields have."""
@@ -138,26 +160,26 @@ class Writer:
         return [pair for name, value in values.items() for pair in pairs(self.fields[name], value)]
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
-             always: bool = False, rows: dict[int, str] | None = None) -> None:
+             always: bool = False, rows: dict[int, str] | None = None, like: Block | None = None) -> None:
         """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value.
 
         ``always`` says that the loop runs in every tile: what it needs per cell is then worth a loop of its own. ``rows``
-        tells where nodes stand that an earlier loop has stored.
+        tells where nodes stand that an earlier loop has stored. What the loop shares with the block ``like`` has its bits.
         """
         self.emit(f"for j in range({count}):", depth)
-        self.compute(writes, low, extra, depth + 1, always, rows)
+        self.compute(writes, low, extra, depth + 1, always, rows, like)
 
     def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int, always: bool = False,
-                rows: dict[int, str] | None = None) -> None:
+                rows: dict[int, str] | None = None, like: Block | None = None) -> None:
         """The body of a `loop`."""
-        names = self.assign([value for _, value in (*extra, *writes)], depth, always=always, rows=rows or {})
+        names = self.assign([value for _, value in (*extra, *writes)], depth, always=always, rows=rows or {}, like=like)
         for (line, _), name in zip(extra, names, strict=False):
             self.emit(line.format(name), depth)
         for (row, _), name in zip(writes, names[len(extra):], strict=True):
             self.emit(f"{row.at(low)} = {name}", depth)
 
     def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False,
-               rows: dict[int, str] | None = None) -> list[str]:
+               rows: dict[int, str] | None = None, like: Block | None = None) -> list[str]:
         """Emit the call of a block that computes the values; return the name or number that stands for each.
 
         ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
@@ -173,7 +195,7 @@ class Writer:
         if not outputs:
             return [_number(value) for value in values]
         known = self.percell.find(outputs, plain, always)
-        made = block(f"{self.prefix}block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node))
+        made = block(f"{self.prefix}block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node), like)
         for item in made.inputs:
             if item.index in known:
                 self.keep_per_cell(item, *known[item.index])
