@@ -161,22 +161,24 @@ class PlaneKernel(StepwiseKernel):
         more = sum(field.size for field in problem.fields)
         pulls = 3 * self.parts.across if self.joint else 0
         ny, nx = problem.grid.shape
-        self.given = np.zeros((own + more, ny + 2 * self.halo, nx + 2 * self.halo))
-        for row, values in zip(self.given, aux_rows(model, problem.aux_averages), strict=False):
+        shape = (ny + 2 * self.halo, nx + 2 * self.halo)
+        first = np.zeros((own + more + pulls, *shape))
+        for row, values in zip(first, aux_rows(model, problem.aux_averages), strict=False):
             self.inside(row[None])[0] = values
         for sweep in self.sweeps:
-            sweep.fill_given(self.given, slice(0, own), of_the_model=True)
+            sweep.fill_given(first, slice(0, own), of_the_model=True)
+        self.given = [first, first.copy() if pulls else first]
         if problem.fields:
             self.set_fields(problem.t_start)
-        shape = self.given.shape[1:]
-        self.pulls = [np.zeros((pulls, *shape)) for _ in self.sweeps]
         self._pushed = [np.zeros((2 * (pulls // 3), *shape)) for _ in self.sweeps]
 
     def set_fields(self, t: float) -> None:
         own = len(self.problem.model.aux)
-        self.inside(self.given[own:])[:] = fields.averages(self.problem.fields, t).reshape(-1, *self.problem.grid.shape)
-        for sweep in self.sweeps:
-            sweep.fill_given(self.given, slice(own, len(self.given)), of_the_model=False)
+        rows = fields.averages(self.problem.fields, t).reshape(-1, *self.problem.grid.shape)
+        here = slice(own, own + len(rows))
+        for sweep, given in zip(self.sweeps, self.given, strict=True):
+            self.inside(given[here])[:] = rows
+            sweep.fill_given(given, here, of_the_model=False)
 
     def padded(self, q: np.ndarray) -> np.ndarray:
         ny, nx = q.shape[1:]
@@ -218,9 +220,9 @@ class PlaneKernel(StepwiseKernel):
         if self.joint:
             self._look_across(start, middle)
         first.fill(start, middle)
-        one = first.run(start, between, self._aux(first), dt)
+        one = first.run(start, between, self.given[first.number], dt)
         second.fill(between, middle)
-        other = second.run(between, march.next, self._aux(second), dt)
+        other = second.run(between, march.next, self.given[second.number], dt)
         for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
             self._act(source, march.next, splitting.after * dt, brought)
         self._settle(march.next)
@@ -234,17 +236,14 @@ class PlaneKernel(StepwiseKernel):
                     max(one.lost.deepest, other.lost.deepest))
         return Trial(speed, self._good(march.next), flux, brought, lost, max(one.lost_cell, other.lost_cell))
 
-    def _aux(self, sweep: Sweep) -> np.ndarray:
-        """Given rows of a sweep, and behind them what acts across it."""
-        return np.concatenate([self.given, self.pulls[sweep.number]]) if self.joint else self.given
-
     def _look_across(self, q: np.ndarray, t: float) -> None:
         """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it."""
         for sweep in self.sweeps:
             sweep.fill(q, t)
-            sweep.pull(q, self._pushed[sweep.number], self.given)
+            sweep.pull(q, self._pushed[sweep.number], self.given[sweep.number])
         for sweep, other in zip(self.sweeps, self.sweeps[::-1], strict=True):
-            target, inside = self.pulls[sweep.number], self.inside(q)
+            given, inside = self.given[sweep.number], self.inside(q)
+            target = given[len(given) - 3 * self.parts.across:]
             found = velocities(other.model, tuple(inside[row] for row in other.rows),
                                tuple(inside[row] for row in sweep.direction.across))
             self.inside(target[::3])[:] = found
@@ -253,7 +252,7 @@ class PlaneKernel(StepwiseKernel):
 
     def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray) -> None:
         """Let a source act on the cells for dt, and add what it makes of each mass to ``brought``."""
-        inside, sweep, aux = self.inside(q), self.sweeps[0], tuple(self.inside(self.given))
+        inside, sweep, aux = self.inside(q), self.sweeps[0], tuple(self.inside(self.given[0]))
         before = tuple(inside) if not source.turns or not self.parts.across else \
             tuple(inside[row] for row in (*sweep.rows, *sweep.direction.across))
         if source.turns and self.parts.across:

@@ -19,7 +19,7 @@ import attrs
 
 from fvkit.backends.compiled.cell_updates import Ends
 from fvkit.backends.compiled.llvm import Block, is_condition
-from fvkit.backends.compiled.loops import SPARE, TILE, Row
+from fvkit.backends.compiled.loops import Row
 from fvkit.backends.kernel import deepness
 from fvkit.backends.march import FILM, MICRO
 from fvkit.backends.plan import Plan
@@ -49,6 +49,11 @@ class Source:
 class Generator(Ends):
     """Builds the text of one kernel from its stages."""
 
+    arguments = "q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found"
+
+    #: What a face with complex speeds must fulfil besides, and its number.
+    real_place, number_of_face = "", "c0 + j"
+
     def tile(self) -> list[str]:
         """Text of ``tile``: one transport step of nt cells from c0, sources included; of a staged scheme, minus ``net`` alone.
 
@@ -63,14 +68,14 @@ class Generator(Ends):
             guarded = [stages[0] for _, stages in takewhile(lambda group: group[1][0].guard is not None, groups[k + 1:])]
             self.stage_loop(*groups[k], guarded, later[k + len(guarded)], first=k == 0)
             k += 1 + len(guarded)
+            if self.plan.last_mass_flux in (*groups[k - 1][1], *guarded):
+                self.set_mass_fluxes()
         if k:
             self.count_lost()
-        self.set_mass_fluxes()
         self.update(groups[-1])
         self.lines[start:start] = self.per_cell()
         body, self.lines = self.lines, []
-        arguments = "q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found"
-        self.emit(f"def {self.prefix}tile({arguments}):", 0)
+        self.emit(f"def {self.prefix}tile({self.arguments}):", 0)
         uniform = [node for node in self.graph.nodes
                    if node.uniform and node.operation != "uniform" and not is_condition(node)]
         for node, name in zip(uniform, self.assign(list(uniform), 1, fixed=True), strict=True):
@@ -132,7 +137,7 @@ class Generator(Ends):
     def copy(self, source: str, count: str, row: Row, first: str) -> None:
         """Copy ``count`` numbers, none if it is negative, into a row from its entry ``first`` on."""
         self.emit(f"src = {source}")
-        self.emit(f"dst = buf[{row.number * (TILE + SPARE)} + {first}:]")
+        self.emit(f"dst = buf[{row.start} + {first}:]")
         self.emit(f"for j in range({count}):")
         self.emit("dst[j] = src[j]", 2)
 
@@ -143,7 +148,7 @@ class Generator(Ends):
         A group that asks for `fvkit.rarely` has two versions of its loop, and a short loop that chooses.
         """
         low, high = span
-        count = f"nt + {high - low}"
+        count = self.span(high - low)
         self.twofold = {}
         (usual, asked), conditions = usually(self.graph, lambda: self.asking(stages, guarded, low))
         versions, rare = [(usual, asked)], reduce(or_, conditions, False)
@@ -207,10 +212,10 @@ class Generator(Ends):
         self.emit("places = 0", 2)
         self.emit(f"for j in range({count}):", 2)
         self.emit(f"if {mask.at(low)} != 0.0:", 3)
-        self.emit(f"buf[{mask.number * (TILE + SPARE)} + places] = j", 4)
+        self.emit(f"buf[{mask.start} + places] = j", 4)
         self.emit("places += 1", 4)
         self.emit("for k in range(places):", 2)
-        self.emit(f"j = int(buf[{mask.number * (TILE + SPARE)} + k])", 3)
+        self.emit(f"j = int(buf[{mask.start} + k])", 3)
         self.compute(writes, low, [], 3, rows=rows)
 
     def face(self, place: int) -> tuple[Any, Any]:
@@ -226,14 +231,14 @@ class Generator(Ends):
         """Count the faces with complex speeds, and keep the first, where the first loop saw reason to doubt."""
         if not self.problem.model.defines("hyperbolic_discriminant"):
             return
-        lines = [("if {} != 0:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0), ("    found[0] += 1", None),
-                 ("    if found[1] < 0:", None), ("        found[1] = c0 + j", None)]
+        lines = [(f"if {{}} != 0{self.real_place}:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0),
+                 ("    found[0] += 1", None), ("    if found[1] < 0:", None), (f"        found[1] = {self.number_of_face}", None)]
         deep = deepness(self.parts.model, *self.face(0))
         if deep is not None:
             lines += [(f"    if {{}} < {FILM * MICRO}:", deep), ("        found[2] += 1", None),
                       ("    found[3] = max(found[3], int({}))", deep)]
         self.emit("if doubt != 0:")
-        self.loop("nt + closing", [], 0, lines, depth=2)
+        self.loop(self.span("closing"), [], 0, lines, depth=2)
 
     def update(self, group: tuple[tuple[int, int], list[Stage]]) -> None:
         """The loop that makes new cells, with the sources of the last share of the step, and copies them out."""

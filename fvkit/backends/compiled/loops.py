@@ -20,18 +20,30 @@ TILE, SPARE = 509, 19
 
 
 class Row(NamedTuple):
-    """A field component in the scratch buffer: entry 0 is place ``low``."""
+    """A field component in the scratch buffer: entry 0 is place ``low``; ``pitch`` entries lie between neighbouring places."""
 
     number: int
     low: int
+    pitch: int = 1
+    length: int = TILE + SPARE
+
+    @property
+    def start(self) -> int:
+        """Its first entry in the buffer."""
+        return self.number * self.length
 
     def at(self, place: int) -> str:
         """Text of the entry of loop variable j that stands for place j + ``place``."""
-        return f"buf[{self.number * (TILE + SPARE) + place - self.low} + j]"
+        return f"buf[{self.start + (place - self.low) * self.pitch} + j]"
 
 
 class Writer:
-    """Symbols, rows and loops of one kernel. Everything that varies without recompilation is an argument of it."""
+    """Symbols, rows and loops of one kernel. Everything that varies without recompilation is an argument of it.
+
+    ``pitch`` and ``length`` are those of its rows: several lines lie side by side where a sweep goes across the memory.
+    """
+
+    pitch, length = 1, TILE + SPARE
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool], prefix: str = "") -> None:
         self.problem, self.scheme, self.plan, self.varies, self.prefix = problem, scheme, plan, varies, prefix
@@ -69,7 +81,12 @@ class Writer:
     def new_row(self, low: int) -> Row:
         """Return a new row of scratch."""
         self.rows += 1
-        return Row(self.rows - 1, low)
+        return Row(self.rows - 1, low, self.pitch, self.length)
+
+    def span(self, more: Any = 0) -> str:
+        """Text of the number of entries of nt places and ``more``."""
+        places = "nt" if more == 0 else f"nt + {more}"
+        return places if self.pitch == 1 else f"({places}) * {self.pitch}"
 
     def load(self, row: Row, place: int) -> Expr:
         """Return the symbol of a row's entry at loop variable + place."""
@@ -221,7 +238,7 @@ class Writer:
                   for function, node in self.percell.samples.items()]
         self.percell.rows = {}
         if writes:
-            self.loop(f"nt + {2 * halo}", writes, -halo, [])
+            self.loop(self.span(2 * halo), writes, -halo, [])
         made, self.lines = self.lines, kept
         return made
 
