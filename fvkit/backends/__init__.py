@@ -5,6 +5,7 @@ from typing import Any
 
 from fvkit import validation
 from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
+from fvkit.backends.compiled.numba_sweeps import NumbaPlaneKernel
 from fvkit.backends.compiled.threads import SMALLEST, ThreadedKernel
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import March, Outcome
@@ -81,7 +82,7 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, every: tuple[Par
         raise ValueError(f"`backend` is 'numba', which is {'switched off' if switched_off() else 'not installed'}: {advice}, or "
                          "backend='numpy'")
     if len(every) > 1:
-        return array_kernel(problem, scheme, every)
+        return NumbaPlaneKernel(problem, scheme, every, threads)
     staged = scheme.time_integrator is not None
     if staged and threads > 1:
         raise ValueError(f"`threads` serve WavePropagation, got {threads} threads with {type(scheme).__name__}: use threads=1")

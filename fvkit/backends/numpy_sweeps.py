@@ -29,7 +29,7 @@ class NumpySweep(Sweep):
         return {"q": tuple(state[row] for row in self.rows), "aux": tuple(self.lines(aux)[:, :, lanes]),
                 "across": tuple(state[row] for row in self.direction.across)}
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
         n, halo, runner, masses = self.axis.num_cells, self.halo, self._runner, self.model.mass_rows()
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:

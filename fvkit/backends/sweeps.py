@@ -6,7 +6,7 @@ second order together. Sweeps fill the ghost cells of their own two sides; corne
 
 from abc import ABC, abstractmethod
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,7 @@ class Report(NamedTuple):
     ----------
     speed : largest speed at any face, NaN if any is.
     flux : (2, masses) mass fluxes through both sides, summed over the cells along them.
+    bad : whether a state of the last sweep of a step may not be accepted, where the sweep `settles`.
     lost, lost_cell : faces that lost hyperbolicity, and the number of the cell behind the first of them.
     """
 
@@ -39,6 +40,7 @@ class Report(NamedTuple):
     flux: np.ndarray
     lost: Lost = Lost()
     lost_cell: int = -1
+    bad: bool = False
 
 
 class Border(NamedTuple):
@@ -56,10 +58,14 @@ class Sweep(ABC):
 
     1. `run` makes the state after a time dt of transport along the axis, with the sources that act with it, of padded arrays
        (rows, ny + 2 halo, nx + 2 halo); ghost cells have been filled.
-    2. `pull` writes what pushes each phase along the axis, and the mass that bears it, of each cell.
+    2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it.
+    3. `pull` writes what pushes each phase along the axis, and the mass that bears it, of each cell.
     """
 
+    settles: ClassVar[bool] = False
+
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, number: int, halo: int) -> None:
+        self.scheme = scheme
         self.problem, self.parts, self.number, self.halo = problem, parts, number, halo
         self.direction, self.axis = problem.directions[number], problem.grid.axes[number]
         self.model = self.direction.model
@@ -130,8 +136,8 @@ class Sweep(ABC):
         return found
 
     @abstractmethod
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float) -> Report:
-        """Write the state after a sweep into the cells of ``out``."""
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
+        """Write the state after a sweep into the cells of ``out``, where it is the ``last`` of a step and `settles` a settled one."""
 
     @abstractmethod
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
@@ -220,12 +226,17 @@ class PlaneKernel(StepwiseKernel):
         if self.joint:
             self._look_across(start, middle)
         first.fill(start, middle)
-        one = first.run(start, between, self.given[first.number], dt)
+        one = first.run(start, between, self.given[first.number], dt, False)
         second.fill(between, middle)
-        other = second.run(between, march.next, self.given[second.number], dt)
-        for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
+        later = self.parts.beside[::-1] if splitting.after > 0.0 else ()
+        other = second.run(between, march.next, self.given[second.number], dt, not later)
+        for source in later:
             self._act(source, march.next, splitting.after * dt, brought)
-        self._settle(march.next)
+        if second.settles and not later:
+            good = not other.bad
+        else:
+            self._settle(march.next)
+            good = self._good(march.next)
         scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
         widths = [self.volume / sweep.axis.dx for sweep in (first, second)]
         speed = max(one.speed * scales[0], other.speed * scales[1])
@@ -234,7 +245,7 @@ class PlaneKernel(StepwiseKernel):
         flux = one.flux * widths[0] + other.flux * widths[1]
         lost = Lost(one.lost.faces + other.lost.faces, one.lost.films + other.lost.films,
                     max(one.lost.deepest, other.lost.deepest))
-        return Trial(speed, self._good(march.next), flux, brought, lost, max(one.lost_cell, other.lost_cell))
+        return Trial(speed, good, flux, brought, lost, max(one.lost_cell, other.lost_cell))
 
     def _look_across(self, q: np.ndarray, t: float) -> None:
         """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it."""

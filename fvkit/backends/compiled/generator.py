@@ -277,18 +277,18 @@ def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_
         With function, file and line of a stage of a scheme that only whole arrays can run.
     """
     generator = Generator(problem, scheme, parts, plan, varies)
-    pieces, blocks, rows = [_located(generator.tile), _located(generator.ghosts)], generator.blocks, generator.rows
+    pieces, blocks, rows = [located(generator.tile), located(generator.ghosts)], generator.blocks, generator.rows
     if generator.staged:
-        pieces += [_located(generator.ends), generator.extend()]
+        pieces += [located(generator.ends), generator.extend()]
         if source_plan is not None:
             implicit = Generator(problem, scheme, parts, source_plan, varies, prefix="source_")
-            pieces.append(_located(implicit.tile))
+            pieces.append(located(implicit.tile))
             blocks, rows = blocks + implicit.blocks, max(rows, implicit.rows)
     content = [made.text() for made in blocks]
     return Source("\n".join([*content, *(line for piece in pieces for line in ("", "", *piece)), ""]), tuple(blocks), rows)
 
 
-def _located(build: Callable[[], list[str]]) -> list[str]:
+def located(build: Callable[[], list[str]]) -> list[str]:
     """Run a part of the generator; name function, file and line of a stage of the user's own that cannot be traced."""
     try:
         return build()

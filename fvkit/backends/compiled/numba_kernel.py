@@ -6,6 +6,7 @@ import threading
 import time
 import types
 import warnings
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from fvkit.backends.compiled import disk_cache, llvm
 from fvkit.backends.compiled.generator import Source, generate
 from fvkit.backends.compiled.llvm import Block
-from fvkit.backends.compiled.loops import SPARE, TILE
+from fvkit.backends.compiled.loops import SPARE, TILE, aligned
 from fvkit.backends.compiled.time_loop import driver, staged_driver
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
@@ -27,7 +28,10 @@ from fvkit.schemes.scheme import Parts, Scheme
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 #: The functions that a module may have, callees first.
-FUNCTIONS = ("tile", "source_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance")
+FUNCTIONS = ("tile", "source_tile", "pull_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance", "sweep", "pull")
+
+#: Those that are called from outside.
+CALLED = ("advance", "ghosts", "tiles", "sweep", "pull")
 
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0
@@ -81,7 +85,7 @@ class NumbaKernel(Kernel):
         super().__init__(problem, scheme, parts)
         source = generate(problem, scheme, parts, self.plan, self.source_plan, self._varies())
         started = time.perf_counter()
-        self.module = _module(self.text(source), source.blocks)
+        self.module = module_of(self.text(source), source.blocks, signatures)
         self.compile_seconds = time.perf_counter() - started
         self._rows = source.rows
         self._prepare(problem, parts)
@@ -104,7 +108,7 @@ class NumbaKernel(Kernel):
     def scratch(self) -> Scratch:
         """Return the working arrays of one thread."""
         row, ends = TILE + SPARE, (3, max(len(self.mass_rows), 1))
-        return Scratch(_aligned(self._rows * row), _aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64))
+        return Scratch(aligned(self._rows * row), aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64))
 
     def boundary_values(self, *times: float) -> np.ndarray:
         """What the boundaries give to their ghosts at each time, a row for each side."""
@@ -153,7 +157,7 @@ class NumbaKernel(Kernel):
 
     def text(self, source: Source) -> str:
         """The whole module: constants, the kernel's own functions, the time loop."""
-        return _module_text({}, self.plan.halo, source.text, driver())
+        return module_text({}, self.plan.halo, source.text, driver())
 
 
 class StagedNumbaKernel(NumbaKernel):
@@ -180,7 +184,7 @@ class StagedNumbaKernel(NumbaKernel):
     def text(self, source: Source) -> str:
         constants = {"GHOSTS": self.plan.halo, "STATE": STATE, "TRANSPORT": TRANSPORT}
         name = "tile" if self.source_plan is None else "source_tile"
-        return _module_text(constants, self.plan.halo, source.text, staged_driver(name))
+        return module_text(constants, self.plan.halo, source.text, staged_driver(name))
 
 
 def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
@@ -198,15 +202,7 @@ def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
     return sweeps, weights
 
 
-def _aligned(size: int) -> np.ndarray:
-    """Return zeros that start at a cache line: vectors then never straddle two of them without need."""
-    line = 64
-    room = np.zeros(size + line // 8)
-    start = (-room.ctypes.data % line) // 8
-    return room[start:start + size]
-
-
-def _module_text(own_constants: dict[str, int], halo: int, own: str, loop: str) -> str:
+def module_text(own_constants: dict[str, int], halo: int, own: str, loop: str) -> str:
     constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
                  **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
@@ -218,8 +214,11 @@ _loaded: dict[str, Any] = {}
 _making = threading.Lock()
 
 
-def _module(text: str, blocks: tuple[Block, ...]) -> Any:
-    """Return the compiled module of a text and its blocks, from memory, disk or the compiler."""
+def module_of(text: str, blocks: tuple[Block, ...], entries: Callable[[Any, Any], dict[str, Any]]) -> Any:
+    """Return the compiled module of a text and its blocks, from memory, disk or the compiler.
+
+    ``entries`` returns, from the module and numba, the types of the arguments of each function that is compiled at once.
+    """
     import numba
 
     compiler = Path(llvm.__file__).read_text(encoding="utf-8")
@@ -227,11 +226,11 @@ def _module(text: str, blocks: tuple[Block, ...]) -> Any:
                                  sys.version)
     with _making:
         if name not in _loaded:
-            _loaded[name] = _made(name, text, blocks, numba)
+            _loaded[name] = _made(name, text, blocks, numba, entries)
     return _loaded[name]
 
 
-def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any) -> Any:
+def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any, entries: Callable[[Any, Any], dict[str, Any]]) -> Any:
     """Make a module."""
     path, lasting = disk_cache.place(name, text)
     module = types.ModuleType(f"fvkit_{name}")
@@ -244,27 +243,34 @@ def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any) -> Any:
     timer.daemon = True
     timer.start()
     try:
-        _compile(module, numba, lasting)
+        _compile(module, numba, lasting, entries(module, numba))
     finally:
         timer.cancel()
     return module
 
 
-def _compile(module: Any, numba: Any, lasting: bool) -> None:
-    """Compile ``advance``, or load it; without the disk where that fails for the disk's sake."""
+def signatures(module: Any, numba: Any) -> dict[str, Any]:
+    """Return the types of the arguments of ``advance``."""
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
     registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if "add_up" in module.__dict__ else ()
     signature = (rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
                  row, rows, row, row, rows, rows, rows, row, counts, counts)
+    return {"advance": signature}
+
+
+def _compile(module: Any, numba: Any, lasting: bool, entries: dict[str, Any]) -> None:
+    """Compile the functions that are called, or load them; without the disk where that fails for the disk's sake."""
     try:
         _decorate(module, numba, lasting)
-        module.advance.compile(signature)
+        for name, signature in entries.items():
+            getattr(module, name).compile(signature)
     except Exception as error:  # a full disk, or a damaged file, of which unpickling may say anything
         if not lasting:
             raise
         _decorate(module, numba, lasting=False)
-        module.advance.compile(signature)
+        for name, signature in entries.items():
+            getattr(module, name).compile(signature)
         path = Path(module.__file__)
         if isinstance(error, OSError):
             cause = f"could not be kept on disk ({error}): it is compiled again in every process"
@@ -278,7 +284,7 @@ def _decorate(module: Any, numba: Any, lasting: bool) -> None:
     """Let numba take the functions of a module, and keep on disk those that are called from outside."""
     space = module.__dict__
     for name in [name for name in FUNCTIONS if name in space]:
-        keep = lasting and name in ("advance", "ghosts", "tiles")
+        keep = lasting and name in CALLED
         space[name] = numba.njit(cache=keep, **OPTIONS)(getattr(space[name], "py_func", space[name]))
 
 

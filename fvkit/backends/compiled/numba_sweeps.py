@@ -1,0 +1,94 @@
+"""Sweeps by the compiled backend: pieces of lines, on one thread or several, where something stands."""
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, ClassVar
+
+import numpy as np
+
+from fvkit.backends.compiled.loops import aligned
+from fvkit.backends.compiled.numba_kernel import module_of, module_text
+from fvkit.backends.compiled.sweep_tiles import LANES, LENGTH, generate_sweep, signature
+from fvkit.backends.python_loop import Lost
+from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
+
+
+class NumbaSweep(Sweep):
+    """Runs the tiles of a sweep in compiled code; new parameter values never recompile."""
+
+    settles: ClassVar[bool] = True
+
+    def prepare(self, given: np.ndarray, threads: int) -> None:
+        """Make the code, once it is known which of the given rows are not zero everywhere."""
+        varies = [bool(row.any()) or k >= len(self.problem.model.aux) for k, row in enumerate(given)]
+        source = generate_sweep(self.direction, self.scheme, self.parts, self.plan, self.pulling, varies)
+        started = time.perf_counter()
+        names = ("sweep", "pull")[:1 if self.pulling is None else 2]
+        self._module = module_of(module_text({}, self.halo, source.text, ""), source.blocks,
+                                 lambda _, numba: {name: signature(numba) for name in names})
+        self.compile_seconds = time.perf_counter() - started
+        self._parameters = np.array([value for part in self.parts.every for value in part.parameters()] + [self.parts.dx])
+        lines = self.problem.grid.size // self.axis.num_cells
+        masses = max(1, len(self.model.mass_rows()))
+        self._gates, self._gated = np.zeros((2, masses, lines)), np.zeros((2, lines), dtype=np.int64)
+        self._scratch = [(aligned(source.rows * LENGTH), aligned(LENGTH), np.zeros((1, 1)), np.zeros(4, dtype=np.int64))
+                         for _ in range(threads)]
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fvkit") if threads > 1 else None
+        self.jobs = self._all_jobs(lines)
+
+    def _all_jobs(self, lines: int) -> np.ndarray:
+        """Pieces of all lines: line, number of lines, first cell and cells of each."""
+        n, wide = self.axis.num_cells, LANES if self.number else 1
+        longest = LENGTH // wide - 2 * self.halo - 1
+        pieces = -(-n // longest)
+        cuts = [n * k // pieces for k in range(pieces + 1)]
+        return np.array([(line + self.halo, min(wide, lines - line), first, stop - first) for line in range(0, lines, wide)
+                         for first, stop in zip(cuts, cuts[1:], strict=False)], dtype=np.int64)
+
+    def _call(self, function: Any, q: np.ndarray, out: np.ndarray, aux: np.ndarray, last: bool, ratio: float) -> list[Any]:
+        """Run the jobs, each thread its share of them."""
+        def share(jobs: np.ndarray, scratch: tuple[np.ndarray, ...]) -> Any:
+            buffer, speeds, through, found = scratch
+            return function(jobs, q, out, aux, self.axis.num_cells, int(last), ratio, self._parameters, self._gates, self._gated,
+                            buffer, speeds, through, found)
+
+        count = len(self._scratch)
+        cuts = [len(self.jobs) * k // count for k in range(count + 1)]
+        shares = [self.jobs[first:stop] for first, stop in zip(cuts, cuts[1:], strict=False)]
+        if self._pool is None:
+            return [share(shares[0], self._scratch[0])]
+        return [one.result() for one in [self._pool.submit(share, *pair) for pair in zip(shares, self._scratch, strict=True)]]
+
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
+        self._gated[:] = 0
+        for side, lanes, through in self.fluxes():
+            self._gated[side, lanes] = 1
+            self._gates[side, :, lanes] = np.array(through).reshape(len(through), -1).T if np.ndim(through[0]) else through
+        for row in self.direction.still:
+            out[row] = q[row]
+        reports = self._call(self._module.sweep, q, out, aux, last, dt / self.axis.dx)
+        flux = np.zeros((2, max(1, len(self.model.mass_rows())))) if self.periodic or not self.model.mass_rows() else \
+            self._gates.sum(axis=2)
+        found = [scratch[3] for scratch in self._scratch]
+        lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
+        firsts = [int(item[1]) for item in found if item[1] >= 0]
+        speeds = [speed for speed, _ in reports]
+        return Report(float(np.max(speeds)), flux, lost, min(firsts, default=-1), any(bad for _, bad in reports))
+
+    def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
+        self._call(self._module.pull, q, out, aux, False, 0.0)
+
+
+class NumbaPlaneKernel(PlaneKernel):
+    """Runs sweeps in compiled code, on ``threads`` threads with the same bits."""
+
+    name: ClassVar[str] = "numba"
+    sweep_kind = NumbaSweep
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...], threads: int) -> None:
+        super().__init__(problem, scheme, parts)
+        for sweep, given in zip(self.sweeps, self.given, strict=True):
+            sweep.prepare(given, threads)
+        self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)

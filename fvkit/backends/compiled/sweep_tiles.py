@@ -1,0 +1,187 @@
+"""Generated code of a sweep along one axis of a grid with two: the same stage loops, over pieces of lines.
+
+Along x a tile is a piece of one line of the memory. Along y it is `LANES` lines side by side, so that neighbours along the axis lie
+that far apart and nothing is transposed; a block at the edge that has fewer lines repeats its last one.
+"""
+
+from typing import Any, NamedTuple
+
+from fvkit.backends.compiled.generator import Generator, Source, located
+from fvkit.backends.compiled.loops import SPARE, TILE, Row
+from fvkit.backends.plan import Plan
+from fvkit.problem.directions import Direction
+from fvkit.problem.model import Model
+from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, Parts, Scheme
+
+#: Lines that lie side by side in a tile of a sweep along y, and entries of a row of scratch.
+LANES, LENGTH = 16, 2 * TILE + SPARE
+
+
+class Seen(NamedTuple):
+    """What the generator of a sweep knows of the problem: the equations along the axis. Ghost cells are filled elsewhere."""
+
+    model: Model
+    ends: tuple[Any, ...] = ()
+
+
+class SweepGenerator(Generator):
+    """Builds the text of the tiles of one sweep."""
+
+    arguments = "q, out, aux, line, w, n, c0, nt, closing, last, ratio, par, gates, gated, buf, smx, through, found"
+
+    def __init__(self, direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool], prefix: str = "") -> None:
+        self.direction, self.pitch, self.length = direction, LANES if direction.number else 1, LENGTH
+        super().__init__(Seen(direction.model), scheme, parts, plan, varies, prefix)  # type: ignore[arg-type]  # all that is asked
+        self.given += len(direction.across)
+        self.real_place, self.number_of_face = (f" and j % {LANES} < w", f"(min(c0 + j // {LANES}, n - 1)) * (q.shape[2] - "
+                                                f"{2 * plan.halo}) + line - {plan.halo} + j % {LANES}") if direction.number else \
+            ("", f"(line - {plan.halo}) * n + min(c0 + j, n - 1)")
+
+    def copy_in(self) -> None:
+        """Copy the tile's cells and halo into scratch."""
+        halo = self.plan.halo
+        self.fields["q"] = tuple(self.new_row(-halo) for _ in self.direction.rows)
+        self.fields["aux"] = tuple(self.new_row(-halo) if varies else 0.0 for varies in self.varies)
+        self.fields["across"] = tuple(self.new_row(-halo) for _ in self.direction.across)
+        rows = [*(("q", k, row) for k, row in zip(self.direction.rows, self.fields["q"], strict=True)),
+                *(("aux", k, row) for k, row in enumerate(self.fields["aux"]) if isinstance(row, Row)),
+                *(("q", k, row) for k, row in zip(self.direction.across, self.fields["across"], strict=True))]
+        for name, k, row in rows:
+            self.copy_row(name, k, row)
+
+    def copy_row(self, name: str, k: int, row: Row) -> None:
+        """Copy a component of the lines of a tile into a row."""
+        width = f"nt + {2 * self.plan.halo}"
+        if self.pitch == 1:
+            self.copy(f"{name}[{k}, line, c0:c0 + {width}]", width, row, "0")
+            return
+        for test, count in ((f"w == {LANES}", str(LANES)), (f"w < {LANES}", "w")):
+            self.emit(f"if {test}:")
+            self.emit(f"for i in range({width}):", 2)
+            self.emit(f"src = {name}[{k}, c0 + i, line:line + {count}]", 3)
+            self.emit(f"dst = buf[{row.start} + i * {LANES}:]", 3)
+            self.emit(f"for j in range({count}):", 3)
+            self.emit("dst[j] = src[j]", 4)
+            if count == "w":
+                self.emit(f"for j in range(w, {LANES}):", 3)
+                self.emit("dst[j] = src[w - 1]", 4)
+
+    def copy_out(self, row: Row, place: int) -> None:
+        """Copy a row into the cells of a component of ``out``."""
+        halo = self.plan.halo
+        if self.pitch == 1:
+            self.emit(f"dst = out[{place}, line, c0 + {halo}:c0 + {halo} + nt]")
+            self.emit("for j in range(nt):")
+            self.emit(f"dst[j] = {row.at(0)}", 2)
+            return
+        self.emit("for i in range(nt):")
+        self.emit(f"dst = out[{place}, c0 + {halo} + i, line:line + w]", 2)
+        self.emit("for j in range(w):", 2)
+        self.emit(f"dst[j] = buf[{row.start} + i * {LANES} + j]", 3)
+
+    def set_mass_fluxes(self) -> None:
+        """Let pass a side what its conditions say, and leave the mass fluxes of both sides in ``through``."""
+        rows = [row for row in self.fields.get(MASS_FLUX, ()) if isinstance(row, Row)]
+        lane, lanes = ("j", "w") if self.pitch > 1 else ("0", "1")
+        for side, test, face in ((0, "c0 == 0", "0"), (1, "closing == 1", f"nt * {self.pitch}")):
+            self.emit(f"if {test}:")
+            self.emit(f"for j in range({lanes}):", 2)
+            self.emit(f"lane = line - {self.plan.halo} + {lane}", 3)
+            self.emit(f"if gated[{side}, lane] != 0:", 3)
+            for k, row in enumerate(rows):
+                self.emit(f"{self.entry(row, face)} = gates[{side}, {k}, lane]", 4)
+            self.emit("else:", 3)
+            for k, row in enumerate(rows):
+                self.emit(f"gates[{side}, {k}, lane] = {self.entry(row, face)}", 4)
+            if not rows:
+                self.emit("pass", 4)
+
+    def entry(self, row: Row, face: str) -> str:
+        """Text of the entry of line j at a face."""
+        return f"buf[{row.start - row.low * self.pitch} + {face} + j]"
+
+    def update(self, group: tuple[tuple[int, int], list[Any]]) -> None:
+        """The loop that makes the new state, settled and judged in the ``last`` sweep of a step, and copies it out."""
+        (low, _), stages = group
+        own = self.run(stages, low)
+        self.emit("bad = 0")
+        if PULLS in own:
+            rows = [self.new_row(0) for _ in own[PULLS]]
+            self.loop(self.span(), list(zip(rows, own[PULLS], strict=True)), 0, [])
+            for place, row in enumerate(rows):
+                self.copy_out(row, place)
+            self.emit("return bad")
+            return
+        new = own[MOVED]
+        rows = [self.new_row(0) for _ in new]
+        self.emit("if last != 0:")
+        settled = self.settled(new)
+        self.loop(self.span(), list(zip(rows, settled, strict=True)), 0, [("bad = bad | (1 - {})", self.judged(settled))], depth=2)
+        self.emit("else:")
+        self.loop(self.span(), list(zip(rows, new, strict=True)), 0, [], depth=2)
+        for row, place in zip(rows, (*self.direction.rows, *self.direction.across), strict=True):
+            self.copy_out(row, place)
+        self.emit("return bad")
+
+    def settled(self, new: Any) -> Any:
+        """Symbols of a state that has lost the momenta, along and across, of what is too thin to move."""
+        model, own = self.parts.model, len(self.direction.rows)
+        if not self.problem.model.defines("settle"):
+            return new
+        first = model.settle(new[:own])
+        other = list(first)
+        momenta = [phase.momentum for phase in model.phases]
+        for row, across in zip(momenta, new[own:], strict=True):
+            other[row] = across
+        second = model.settle(tuple(other))
+        return (*first, *(second[row] for row in momenta))
+
+    def judged(self, new: Any) -> Any:
+        """Symbol of whether a state may be accepted."""
+        own = len(self.direction.rows)
+        result, total = self.good(new[:own]), 0.0
+        for item in new[own:]:
+            total = total + item
+        return result & self.graph.node("isfinite", total) if new[own:] else result
+
+
+#: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.
+_DRIVER = '''
+def {name}(jobs, q, out, aux, n, last, ratio, par, gates, gated, buf, smx, through, found):
+    found[:] = 0
+    found[1] = -1
+    for j in range(smx.shape[0]):
+        smx[j] = 0.0
+    bad = 0
+    for k in range(jobs.shape[0]):
+        closing = 1 if jobs[k, 2] + jobs[k, 3] == n else 0
+        bad = bad | {tile}(q, out, aux, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par, gates, gated,
+                       buf, smx, through, found)
+    speed = 0.0
+    for j in range(smx.shape[0]):
+        speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
+    return speed, bad
+
+'''
+
+
+def generate_sweep(direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, pulling: Plan | None,
+                   varies: list[bool]) -> Source:
+    """Return the text of ``sweep`` along an axis, and of ``pull`` where sources act across it."""
+    text: list[str] = []
+    blocks: tuple[Any, ...] = ()
+    rows = 0
+    for name, prefix, stages in (("sweep", "", plan), ("pull", "pull_", pulling)):
+        if stages is None:
+            continue
+        made = SweepGenerator(direction, scheme, parts, stages, varies, prefix)
+        text += ["", "", *located(made.tile), _DRIVER.format(name=name, tile=f"{prefix}tile")]
+        blocks, rows = (*blocks, *made.blocks), max(rows, made.rows)
+    return Source("\n".join([*(one.text() for one in blocks), *text]), blocks, rows)
+
+
+def signature(numba: Any) -> Any:
+    """Return the types of the arguments of ``sweep`` and ``pull``."""
+    real, whole = numba.float64, numba.int64
+    cube, rows, row = real[:, :, ::1], real[:, ::1], real[::1]
+    return (whole[:, ::1], cube, cube, cube, whole, whole, real, row, cube, whole[:, ::1], row, row, rows, whole[::1])
