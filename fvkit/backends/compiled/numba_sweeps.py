@@ -65,7 +65,7 @@ class NumbaSweep(Sweep):
         self._gated[:] = 0
         for side, lanes, through in self.fluxes():
             self._gated[side, lanes] = 1
-            self._gates[side, :, lanes] = np.array(through).reshape(len(through), -1).T if np.ndim(through[0]) else through
+            self._gates[side][:, lanes] = np.array(through, dtype=float).reshape(len(through), -1)
         for row in self.direction.still:
             out[row] = q[row]
         reports = self._call(self._module.sweep, q, out, aux, last, dt / self.axis.dx)
