@@ -51,13 +51,14 @@ from fvkit.sweeps import Keep, Samples, SweepResult, sweep
 __version__ = VERSION
 
 __all__ = [
-    "ARK4", "DP5", "HLL", "MC", "MP5", "MUSCL", "SSPRK3", "SSPRK104", "WENO5", "Acoustics", "Advection", "Along", "BoundaryCondition",
-    "Burgers", "Checkpoint", "Convergence", "Extremes", "Forcing", "Gauge", "Godunov", "Grid", "Inflow", "Integrator",
-    "Interrupted", "Keep", "Limiter", "Limits", "MethodOfLines", "Minmod", "Model", "NoLimiter", "Observer", "OrderError",
-    "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann", "Reconstruction", "RiemannSolver", "Roe",
-    "Rusanov", "Samples", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status", "Step", "Stepper",
-    "Stop", "StopAtRest", "Strang", "Stream", "Superbee", "SweepResult", "ThirdOrder", "VanLeer", "Wall", "WavePropagation",
-    "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs", "save", "solve", "sweep", "where",
+    "ARK4", "DP5", "HLL", "MC", "MP5", "MUSCL", "SSPRK3", "SSPRK104", "WENO5", "Acoustics", "Advection", "Along",
+    "BoundaryCondition", "Burgers", "Checkpoint", "Convergence", "Extremes", "Forcing", "Gauge", "Godunov", "Grid", "Inflow",
+    "Integrator", "Interrupted", "Keep", "Limiter", "Limits", "MethodOfLines", "Minmod", "Model", "NoLimiter", "Observer",
+    "OrderError", "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann", "Reconstruction",
+    "RiemannSolver", "Roe", "Rusanov", "Samples", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status",
+    "Step", "Stepper", "Stop", "StopAtRest", "Strang", "Stream", "Superbee", "SweepResult", "ThirdOrder", "VanLeer", "Wall",
+    "WavePropagation", "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs", "save", "solve", "sweep",
+    "where",
 ]
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from fvkit import BoundaryCondition, Grid, Model, maximum, minimum, validation, where
 from fvkit.pointwise import combine
 from fvkit.problem.boundary import Continued, Given, beyond, slope_beyond
+from fvkit.problem.grid import Axis
 from fvkit_granular.csv_table import read_columns
 from fvkit_granular.models.beyond_the_end import falling_share, mean_speed
 from fvkit_granular.models.quantities import critical_depth
@@ -115,7 +116,7 @@ class Hydrograph(Continued):
     def breaks(self) -> tuple[float, ...]:
         return () if self.steady else self.times
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
         result = super().placed(left, model, grid, aux)
         object.__setattr__(result, "inward", 1.0 if left else -1.0)
         return result
@@ -186,7 +187,7 @@ class FixedLevel(Continued):
     def breaks(self) -> tuple[float, ...]:
         return () if self.steady or callable(self.level) else self.times
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "FixedLevel":
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "FixedLevel":
         result = super().placed(left, model, grid, aux)
         object.__setattr__(result, "bottom", float(aux["b"][0 if left else -1]) if "b" in aux else 0.0)
         object.__setattr__(result, "inward", 1.0 if left else -1.0)
@@ -236,7 +237,7 @@ class UniformSlope(BoundaryCondition):
     slope: float | None = attrs.field(default=None, converter=attrs.converters.optional(
         lambda value: slope_beyond(value, "None: that of the last two cells")))
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
         if "b" not in model.aux:
             raise ValueError(f"UniformSlope needs a model with a bottom `b`, such as gr.TwoPhase, got {type(model).__name__}")
         if self.slope is not None:

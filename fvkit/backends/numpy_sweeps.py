@@ -18,11 +18,15 @@ class NumpySweep(Sweep):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, number: int, halo: int) -> None:
         super().__init__(problem, scheme, parts, number, halo)
-        n, lines = self.axis.num_cells, problem.grid.size // self.axis.num_cells
-        chunk = max(1, CHUNK // n)
-        self._chunks = [slice(first, min(first + chunk, lines)) for first in range(0, lines, chunk)]
+        n = self.axis.num_cells
         self._runner = Runner(parts, self.plan, {n})
         self._puller = None if self.pulling is None else Runner(parts, self.pulling, {n})
+
+    def prepare(self, given: np.ndarray, threads: int) -> None:
+        n = self.axis.num_cells
+        lines = self.problem.grid.size // n
+        chunk = max(1, CHUNK // n)
+        self._chunks = [slice(first, min(first + chunk, lines)) for first in range(0, lines, chunk)]
 
     def _fields(self, q: np.ndarray, aux: np.ndarray, lanes: slice) -> dict[str, Field]:
         state = self.lines(q)[:, :, lanes]
@@ -82,7 +86,9 @@ class NumpySweep(Sweep):
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
         n, halo = self.axis.num_cells, self.halo
         target = self.lines(out)[:, halo:halo + n]
-        for lanes in self._chunks if self._puller is not None else ():
+        if self._puller is None:
+            return
+        for lanes in self._chunks:
             found = self._puller.run(self._fields(q, aux, lanes), n, 0.0)[PULLS]
             for row, item in zip(target, found, strict=True):
                 row[:, lanes] = item

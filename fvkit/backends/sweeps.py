@@ -1,7 +1,7 @@
 """Steps on a grid with two axes: sweeps along lines, x and y in turns, and what stands around them.
 
-A step is sources, a sweep along each axis, sources, and settling. Steps come in pairs of equal length, xy and yx, which makes them
-second order together. Sweeps fill the ghost cells of their own two sides; corners are never read.
+A step is sources, a sweep along each axis, sources, and settling. Steps come in pairs of equal length, xy and yx, which makes
+them second order together. Sweeps fill the ghost cells of their own two sides; corners are never read.
 """
 
 from abc import ABC, abstractmethod
@@ -63,6 +63,7 @@ class Sweep(ABC):
     """
 
     settles: ClassVar[bool] = False
+    compile_seconds: float = 0.0
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, number: int, halo: int) -> None:
         self.scheme = scheme
@@ -77,6 +78,10 @@ class Sweep(ABC):
                              for side, given in enumerate(problem.sides[number]))
         self.periodic = problem.sides[number][0][0].first.reads == "opposite"
         self.values: list[list[Any]] = []
+
+    @abstractmethod
+    def prepare(self, given: np.ndarray, threads: int) -> None:
+        """Make what runs the stages, once it is known which of the ``given`` rows are not zero everywhere."""
 
     def _border(self, section: Section, left: bool) -> Border:
         ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
@@ -137,7 +142,7 @@ class Sweep(ABC):
 
     @abstractmethod
     def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
-        """Write the state after a sweep into the cells of ``out``, where it is the ``last`` of a step and `settles` a settled one."""
+        """Write the state after a sweep into the cells of ``out``; in the ``last`` of a step a settled one, see `settles`."""
 
     @abstractmethod
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
@@ -149,7 +154,7 @@ class PlaneKernel(StepwiseKernel):
 
     sweep_kind: type[Sweep]
 
-    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...]) -> None:
+    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...], threads: int = 1) -> None:
         self.problem, self.scheme, self.parts = problem, scheme, parts[0]
         self.mass_rows = list(problem.mass_rows)
         self.joint = bool(self.parts.joint)
@@ -160,6 +165,9 @@ class PlaneKernel(StepwiseKernel):
         self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
         self._lay_out(problem)
         self._work = self.padded(problem.q0)
+        for sweep, given in zip(self.sweeps, self.given, strict=True):
+            sweep.prepare(given, threads)
+        self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)
 
     def _lay_out(self, problem: Problem) -> None:
         """Lay out the given functions, the fields of sources and, for each axis, what acts across it."""
@@ -272,7 +280,7 @@ class PlaneKernel(StepwiseKernel):
             places = [*sweep.rows, *sweep.direction.across]
             rows = list(sweep.model.mass_rows())
         else:
-            after, places, rows = source.step(self.parts.model, before, aux, dt), range(len(inside)), self.mass_rows
+            after, places, rows = source.step(self.parts.model, before, aux, dt), list(range(len(inside))), self.mass_rows
         for k, row in enumerate(rows):
             if after[row] is not before[row]:
                 brought[k] += np.add.reduce(after[row] - before[row], axis=None)

@@ -125,7 +125,8 @@ class Solution:
     def _repr_html_(self) -> str:
         """Return an HTML table for notebooks: status and statistics of the run."""
         stats = self.stats
-        rows = {"model": type(self.model).__name__, "cells": " x ".join(str(axis.num_cells) for axis in self.grid.axes), "t": f"{self.t[-1]:.6g}",
+        cells = " x ".join(str(axis.num_cells) for axis in self.grid.axes)
+        rows = {"model": type(self.model).__name__, "cells": cells, "t": f"{self.t[-1]:.6g}",
                 "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,
                 "steps": f"{stats.steps} ({stats.rejected} rejected)", "stepping": f"{stats.seconds:.3g} s",
                 "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}

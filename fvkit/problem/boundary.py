@@ -12,7 +12,7 @@ from fvkit import validation
 from fvkit.pointwise import multiply
 from fvkit.pointwise.part import Part, default
 from fvkit.problem import answers
-from fvkit.problem.grid import Grid
+from fvkit.problem.grid import Axis, Grid
 from fvkit.problem.model import Model
 from fvkit.problem.questions import BOUNDARY
 from fvkit.problem.slopes import end_step, resolved_steps
@@ -38,8 +38,8 @@ class BoundaryCondition(Part, ABC):
     7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
        from 1: ``values`` by default.
     8. ``across(momenta, t)`` returns the momenta along the side that ghost cells have, from those at the velocities of the cells
-       that they look at; ``still = True`` says 0: what enters comes straight in. ``turned(direction)`` returns the condition as it is
-       in sweeps along one axis. Both on grids with two axes alone.
+       that they look at; ``still = True`` says 0: what enters comes straight in. ``turned(direction)`` returns the condition as it
+       is in sweeps along one axis. Both on grids with two axes alone.
     9. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 
@@ -66,7 +66,7 @@ class BoundaryCondition(Part, ABC):
         """Return the aux rows (num_aux, k) of k ghost cells from those of the cells they look at, ``distance`` (k,), m, away."""
         return aux
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "BoundaryCondition":
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "BoundaryCondition":
         """Return this condition as it is at the left or right end of a grid with cell averages ``aux``."""
         return self
 
@@ -84,7 +84,7 @@ class BoundaryCondition(Part, ABC):
         return self
 
     def across(self, momenta: tuple[Any, ...], t: float) -> tuple[Any, ...]:
-        """Return the momenta along the side of ghost cells, of each phase, from those at the velocities of the cells they look at."""
+        """Return the momenta of ghost cells along the side, of each phase, from those at the velocities of the cells inside."""
         return tuple(0.0 * item for item in momenta) if self.still else momenta
 
     def breaks(self) -> tuple[float, ...]:
@@ -125,7 +125,7 @@ class Continued(BoundaryCondition, ABC):
     def goes_on(self, values: np.ndarray, left: bool) -> float:
         return end_step(values, left)
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> Any:
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> Any:
         known, outwards = model.defines("beyond"), -1.0 if left else 1.0
         if self.slope is not None and not (known and len(model.aux) == 1):
             raise ValueError(f"`slope` of {type(self).__name__} needs a model that defines `beyond` and has one aux function, "
@@ -193,7 +193,7 @@ class Periodic(BoundaryCondition):
     drop: Any = attrs.field(default=None, converter=_drop, hash=False)
     fall: Any = attrs.field(default=(), init=False, repr=False, eq=False)
 
-    def placed(self, left: bool, model: Model, grid: Grid, aux: Mapping[str, np.ndarray]) -> "Periodic":
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "Periodic":
         drops = self._drops(model)
         result = attrs.evolve(self)
         object.__setattr__(result, "fall", tuple((-1.0 if left else 1.0) * drops.get(name, 0.0) for name in model.aux))

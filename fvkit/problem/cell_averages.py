@@ -71,7 +71,8 @@ def _values(function: Callable[..., Any], places: list[np.ndarray], rows: int | 
     given = _shape(raw)
     scalars = rows is None and given == ()
     if given != wanted and not scalars:
-        raise ValueError(f"{call} must return shape {wanted} for {' and '.join(NAMES[:len(places)])} of shape {shape}, got {given}"
+        places_of = " and ".join(NAMES[:len(places)])
+        raise ValueError(f"{call} must return shape {wanted} for {places_of} of shape {shape}, got {given}"
                          + ("; broadcast constants with np.full_like(x, value)" if given[:1] == wanted[:1] else ""))
     return np.broadcast_to(validation.floats(raw, call.strip("`")), wanted)
 

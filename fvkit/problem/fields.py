@@ -53,7 +53,8 @@ def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
         given = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # a ufunc of NumPy, say
         return False
-    return sum(one.default is one.empty and one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) for one in given) == axes + 1
+    asked = sum(one.default is one.empty and one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD) for one in given)
+    return asked == axes + 1
 
 
 @attrs.frozen(eq=False)
@@ -103,7 +104,8 @@ class Field:
         label, given, cells = f"{self.alias} of {type(self.source).__name__}", self.given, self.grid.shape
         shape = cells if self.components is None else (self.components, *cells)
         if callable(given):
-            given = cell_averages(given if self.steady else lambda *places: self.given(*places, t), self.grid, self.components, label)
+            function = given if self.steady else lambda *places: self.given(*places, t)
+            given = cell_averages(function, self.grid, self.components, label)
         values = validation.array(given, label, shape).reshape(self.size, *cells)
         if self.components is None:
             self._check(values[0])
@@ -138,7 +140,8 @@ def averages(found: Sequence[Field], t: float) -> np.ndarray:
 def with_numbers(source: Any, found: Sequence[Field], t: float) -> Any:
     """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
     own = [field for field in found if field.source is source]
-    return _seen(source, type(source), {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own})
+    first = {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own}
+    return _seen(source, type(source), first)
 
 
 def on_grid(sources: Sequence[Any], found: Sequence[Field], own: int) -> tuple[Any, ...]:

@@ -1,12 +1,13 @@
 """`Grid` and its `Axis`: intervals and rectangles cut into equal cells."""
 
+from collections.abc import Callable
 from math import prod
 from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit.validation import integer, number, real, whole
+from fvkit.validation import field, integer, number, real, whole
 
 #: Names of the axes of a grid.
 NAMES = ("x", "y")
@@ -58,16 +59,13 @@ class Axis:
         return 0.5 * (edges[:-1] + edges[1:])
 
 
-def _of_axes(check: Any, **rules: Any) -> Any:
-    """Return the converter of a number, or of one number per axis."""
-    def convert(value: Any, field: Any) -> Any:
-        if not isinstance(value, (tuple, list)):
-            return check(value, field.name, **rules)
-        if len(value) != len(NAMES):
-            raise ValueError(f"`{field.name}` must be a number, or a pair (x, y) for a grid with two axes, got {len(value)} numbers")
-        return tuple(check(item, f"{field.name}[{k}]", **rules) for k, item in enumerate(value))
-
-    return attrs.Converter(convert, takes_field=True)
+def _of_axes(value: Any, name: str, each: Callable[..., Any], **rules: Any) -> Any:
+    """Return a number, or one number per axis, checked by ``each``."""
+    if not isinstance(value, (tuple, list)):
+        return each(value, name, **rules)
+    if len(value) != len(NAMES):
+        raise ValueError(f"`{name}` must be a number, or a pair (x, y) for a grid with two axes, got {len(value)} numbers")
+    return tuple(each(item, f"{name}[{k}]", **rules) for k, item in enumerate(value))
 
 
 @attrs.frozen
@@ -99,9 +97,9 @@ class Grid:
     (10, 50)
     """
 
-    lower: Any = attrs.field(converter=_of_axes(real))
-    upper: Any = attrs.field(converter=_of_axes(real))
-    num_cells: Any = attrs.field(converter=_of_axes(whole, at_least=1, hint="the number of cells"))
+    lower: Any = field(_of_axes, each=real)
+    upper: Any = field(_of_axes, each=real)
+    num_cells: Any = field(_of_axes, each=whole, at_least=1, hint="the number of cells")
     axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:

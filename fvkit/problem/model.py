@@ -47,10 +47,11 @@ class Model(Part, ABC):
        states between are looked at where speeds are not monotone around the initial state; a system is warned of.
     8. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
        such as {"u": ("m s-1", "velocity")}; names that are missing go without a unit.
-    9. On a grid with two axes a sweep along each sees these equations. Momenta of ``phases`` have a row along each axis. Of a model
-       without phases ``vectors`` names rows that are components of one vector: ((1, 2),) for one whose sweeps see both components,
-       such as the momenta of gas dynamics, the second across; ((1,),) for one whose component across rests in a sweep, such as the
-       velocity of sound. A law that differs between the axes answers ``along(axis)``. ``dimensions`` is the most axes that it serves.
+    9. On a grid with two axes a sweep along each sees these equations. Momenta of ``phases`` have a row along each axis. Of a
+       model without phases ``vectors`` names rows that are components of one vector: ((1, 2),) where sweeps see both components,
+       such as the momenta of gas dynamics, the second across; ((1,),) where the component across rests in a sweep, such as the
+       velocity of sound. A law that differs between the axes answers ``along(axis)``. ``dimensions`` is the most axes that it
+       serves.
 
     Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
     """

@@ -11,8 +11,8 @@ from fvkit.pointwise import contract
 from fvkit.problem import answers, questions
 from fvkit.problem.boundary import BoundaryCondition, Outflow
 from fvkit.problem.cell_averages import cell_averages
-from fvkit.problem.fields import Field, varying_over, with_numbers
 from fvkit.problem.directions import Direction, component_names, directions, mass_places
+from fvkit.problem.fields import Field, varying_over, with_numbers
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, aux_rows
 from fvkit.problem.side import Section, four_sides, sections

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import attrs
@@ -14,8 +15,10 @@ from fvkit.problem.directions import SIDES, Direction
 from fvkit.problem.grid import Axis, Grid
 
 
-def _condition(value: Any, field: Any) -> Any:
-    return value if isinstance(value, Along) else validation.instance(value, field.name, BoundaryCondition, "such as fv.Wall()")
+def _condition(value: Any, name: str) -> Any:
+    if value is None or isinstance(value, Along):
+        return value or Wall()
+    return validation.instance(value, name, BoundaryCondition, "such as fv.Wall()")
 
 
 @attrs.frozen
@@ -26,7 +29,7 @@ class Along(Part):
     ----------
     lower, upper : where along the side, m; cells whose centres lie between them have ``condition``.
     condition : what is given there.
-    otherwise : what is given at the other cells of the side, a condition or another `Along`.
+    otherwise : what is given at the other cells of the side, a condition or another `Along`; None for a `Wall`.
 
     Examples
     --------
@@ -39,8 +42,8 @@ class Along(Part):
     # Annotated Any, not float: only plain Python reads them.
     lower: Any = validation.number()
     upper: Any = validation.number()
-    condition: Any = attrs.field(converter=attrs.Converter(_condition, takes_field=True))
-    otherwise: Any = attrs.field(factory=Wall, converter=attrs.Converter(_condition, takes_field=True))
+    condition: Any = validation.field(_condition)
+    otherwise: Any = validation.field(_condition, None)
 
     def __attrs_post_init__(self) -> None:
         if not self.lower < self.upper:
@@ -89,7 +92,7 @@ def four_sides(boundary: Any) -> tuple[Any, ...]:
         for name in boundary:
             validation.choice(name, "boundary", names)
         boundary = tuple(boundary.get(name, Outflow()) for name in names)
-    given = boundary if isinstance(boundary, (tuple, list)) else (boundary,) * len(names)
+    given: Any = boundary if isinstance(boundary, (tuple, list)) else (boundary,) * len(names)
     if len(given) != len(names):
         raise ValueError(f"`boundary` must be one condition, four ({', '.join(names)}), or a mapping of these names for a grid "
                          f"with two axes, got {len(given)}")
@@ -116,7 +119,7 @@ def sections(given: Any, left: bool, direction: Direction, grid: Grid, aux: Mapp
     for said in caught[:1]:
         warnings.warn(f"{said.message} (first of {len(caught)} cells of a side)", said.category, stacklevel=2)
     cuts = [0, *(k for k in range(1, len(chosen)) if chosen[k] is not chosen[k - 1]), len(chosen)]
-    for start, stop in zip(cuts, cuts[1:], strict=False):
+    for start, stop in pairwise(cuts):
         found.append(Section(slice(start, stop), tuple(ends[start:stop])))
     return tuple(found)
 

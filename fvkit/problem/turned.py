@@ -1,4 +1,4 @@
-"""Sources in the plane: a state is turned along the velocity of each phase, or along the slip, so that a one-dimensional law serves.
+"""Sources in the plane: a state is turned along the velocity of each phase, or along the slip, for a one-dimensional law.
 
 Friction acts against the velocity, whatever its direction, and drag along the slip. States have their momenta across behind them,
 one for each phase. A state whose momenta across are 0 is not turned, to the bit. Derived here.

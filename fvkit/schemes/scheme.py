@@ -18,8 +18,8 @@ from fvkit.schemes.splitting import Splitting
 
 
 class Parts(NamedTuple):
-    """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage; in sweeps of
-    a grid with two axes (``swept``) the number of momenta ``across``."""
+    """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage; in sweeps
+    of a grid with two axes (``swept``) the number of momenta ``across``."""
 
     model: Model
     riemann: RiemannSolver
@@ -81,8 +81,8 @@ def here(*fields: str) -> dict[str, Read]:
 
 
 #: The fields that a scheme hands to its backend: what enters a cell less what leaves it; the state of the cell after transport
-#: and the sources that act with it; the largest speed at a face; the flux of each mass through a face; of a sweep the state of the
-#: cell and its momenta across; what pushes a cell along an axis, see `fvkit.schemes.stages.driven.pulling_stages`.
+#: and the sources that act with it; the largest speed at a face; the flux of each mass through a face; of a sweep the state of
+#: the cell and its momenta across; what pushes a cell along an axis, see `fvkit.schemes.stages.driven.pulling_stages`.
 NET, NEW, SPEED, MASS_FLUX, MOVED, PULLS = "net", "new", "fastest", "mass_flux", "moved", "pulls"
 
 

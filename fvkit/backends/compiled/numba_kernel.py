@@ -28,7 +28,8 @@ from fvkit.schemes.scheme import Parts, Scheme
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 #: The functions that a module may have, callees first.
-FUNCTIONS = ("tile", "source_tile", "pull_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance", "sweep", "pull")
+FUNCTIONS = ("tile", "source_tile", "pull_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance", "sweep",
+             "pull")
 
 #: Those that are called from outside.
 CALLED = ("advance", "ghosts", "tiles", "sweep", "pull")

@@ -2,6 +2,7 @@
 
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,8 +12,6 @@ from fvkit.backends.compiled.numba_kernel import module_of, module_text
 from fvkit.backends.compiled.sweep_tiles import LANES, LENGTH, generate_sweep, signature
 from fvkit.backends.python_loop import Lost
 from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
-from fvkit.problem.problem import Problem
-from fvkit.schemes.scheme import Parts, Scheme
 
 
 class NumbaSweep(Sweep):
@@ -45,7 +44,7 @@ class NumbaSweep(Sweep):
         pieces = -(-n // longest)
         cuts = [n * k // pieces for k in range(pieces + 1)]
         return np.array([(line + self.halo, min(wide, lines - line), first, stop - first) for line in range(0, lines, wide)
-                         for first, stop in zip(cuts, cuts[1:], strict=False)], dtype=np.int64)
+                         for first, stop in pairwise(cuts)], dtype=np.int64)
 
     def _call(self, function: Any, q: np.ndarray, out: np.ndarray, aux: np.ndarray, last: bool, ratio: float) -> list[Any]:
         """Run the jobs, each thread its share of them."""
@@ -56,7 +55,7 @@ class NumbaSweep(Sweep):
 
         count = len(self._scratch)
         cuts = [len(self.jobs) * k // count for k in range(count + 1)]
-        shares = [self.jobs[first:stop] for first, stop in zip(cuts, cuts[1:], strict=False)]
+        shares = [self.jobs[first:stop] for first, stop in pairwise(cuts)]
         if self._pool is None:
             return [share(shares[0], self._scratch[0])]
         return [one.result() for one in [self._pool.submit(share, *pair) for pair in zip(shares, self._scratch, strict=True)]]
@@ -86,9 +85,3 @@ class NumbaPlaneKernel(PlaneKernel):
 
     name: ClassVar[str] = "numba"
     sweep_kind = NumbaSweep
-
-    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...], threads: int) -> None:
-        super().__init__(problem, scheme, parts)
-        for sweep, given in zip(self.sweeps, self.given, strict=True):
-            sweep.prepare(given, threads)
-        self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)

@@ -1,7 +1,7 @@
 """Generated code of a sweep along one axis of a grid with two: the same stage loops, over pieces of lines.
 
-Along x a tile is a piece of one line of the memory. Along y it is `LANES` lines side by side, so that neighbours along the axis lie
-that far apart and nothing is transposed; a block at the edge that has fewer lines repeats its last one.
+Along x a tile is a piece of one line of the memory. Along y it is `LANES` lines side by side, so that neighbours along the axis
+lie that far apart and nothing is transposed; a block at the edge that has fewer lines repeats its last one.
 """
 
 from typing import Any, NamedTuple
@@ -29,7 +29,8 @@ class SweepGenerator(Generator):
 
     arguments = "q, out, aux, line, w, n, c0, nt, closing, last, ratio, par, gates, gated, buf, smx, through, found"
 
-    def __init__(self, direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool], prefix: str = "") -> None:
+    def __init__(self, direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool],
+                 prefix: str = "") -> None:
         self.direction, self.pitch, self.length = direction, LANES if direction.number else 1, LENGTH
         super().__init__(Seen(direction.model), scheme, parts, plan, varies, prefix)  # type: ignore[arg-type]  # all that is asked
         self.given += len(direction.across)
@@ -116,7 +117,8 @@ class SweepGenerator(Generator):
         rows = [self.new_row(0) for _ in new]
         self.emit("if last != 0:")
         settled = self.settled(new)
-        self.loop(self.span(), list(zip(rows, settled, strict=True)), 0, [("bad = bad | (1 - {})", self.judged(settled))], depth=2)
+        judged = [("bad = bad | (1 - {})", self.judged(settled))]
+        self.loop(self.span(), list(zip(rows, settled, strict=True)), 0, judged, depth=2)
         self.emit("else:")
         self.loop(self.span(), list(zip(rows, new, strict=True)), 0, [], depth=2)
         for row, place in zip(rows, (*self.direction.rows, *self.direction.across), strict=True):
@@ -155,8 +157,8 @@ def {name}(jobs, q, out, aux, n, last, ratio, par, gates, gated, buf, smx, throu
     bad = 0
     for k in range(jobs.shape[0]):
         closing = 1 if jobs[k, 2] + jobs[k, 3] == n else 0
-        bad = bad | {tile}(q, out, aux, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par, gates, gated,
-                       buf, smx, through, found)
+        bad = bad | {tile}(q, out, aux, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par, gates,
+                       gated, buf, smx, through, found)
     speed = 0.0
     for j in range(smx.shape[0]):
         speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed

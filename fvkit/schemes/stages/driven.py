@@ -54,8 +54,8 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     for (masses, momentum), v in zip(phases, speeds, strict=True):
         after[momentum] = before[momentum] - ratio * (whole[momentum] - v * whole[masses[-1]])
     aux = tuple([0.5 * (left + right) for left, right in zip(auxl, auxr, strict=True)])
-    end = acted(joint, model, *with_across(model, before, tuple(after), bearing, around, ratio * parts.dx), bearing, aux,
-                ratio * parts.dx)
+    start, free = with_across(model, before, tuple(after), bearing, around, ratio * parts.dx)
+    end = acted(joint, model, start, free, bearing, aux, ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
     low, high = wave_speeds(model, before, aux)
     slip = reduce(maximum, [np.abs(v - speeds[0]) for v in speeds])
@@ -79,15 +79,15 @@ def drive(parts, ratio, q, net, aux, bearing):
     """Return the state of a cell after its transport and its sources; ``bearing`` are the masses that bear the push of its
     faces."""
     after, borne = combine(1.0, q, -ratio, net), combine(0.5, bearing[0], 0.5, bearing[1])
-    both = with_across(parts.model, q, after, borne, surroundings(parts, aux, aux), ratio * parts.dx)
-    return {NEW: acted(parts.joint, parts.model, *both, borne, aux, ratio * parts.dx)[:len(q)]}
+    start, free = with_across(parts.model, q, after, borne, surroundings(parts, aux, aux), ratio * parts.dx)
+    return {NEW: acted(parts.joint, parts.model, start, free, borne, aux, ratio * parts.dx)[:len(q)]}
 
 
 def surroundings(parts, auxl, auxr):
     """Return, for each phase, its velocity across the sweep and what accelerates it there, m/s^2, between two cells; () without.
 
-    Both are those of the start of the step: friction acts against the whole velocity, and holds against the whole push. They stand
-    behind the aux values, see `pulling_stages`: velocity, push and the mass that bears it.
+    Both are those of the start of the step: friction acts against the whole velocity, and holds against the whole push. They
+    stand behind the aux values, see `pulling_stages`: velocity, push and the mass that bears it.
     """
     rows = 3 * parts.across
     if not rows:
