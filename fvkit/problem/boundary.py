@@ -38,8 +38,8 @@ class BoundaryCondition(Part, ABC):
     7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
        from 1: ``values`` by default.
     8. ``across(momenta, t)`` returns the momenta along the side that ghost cells have, from those at the velocities of the cells
-       that they look at; ``still = True`` says 0: what enters comes straight in. ``turned(direction)`` returns the condition as it
-       is in sweeps along one axis. Both on grids with two axes alone.
+       that they look at; ``still = True`` says 0: what enters comes straight in. ``turned(direction)`` returns the condition as
+       it is in sweeps along one axis. Both on grids with two axes alone.
     9. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
     """
 

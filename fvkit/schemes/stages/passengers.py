@@ -5,7 +5,8 @@ With u the velocity across, F the mass flux of a face as it stands at last, afte
     R = F (u_up + s),   s = +/- 1/2 (1 - nu) phi(theta) (u_R - u_L),   nu = dt/dx |F| / m_up,   s = 0 at first order.
 
 Seen in the mass coordinate the cell holds a line in u; what leaves takes its share of it, and what stays is a mean of the rest.
-So no velocity leaves the range of its neighbours, for any data and Courant numbers up to 1, and momentum is conserved. Derived here.
+So no velocity leaves the range of its neighbours, for any data and Courant numbers up to 1, and momentum is conserved. Derived
+here.
 """
 
 import numpy as np
