@@ -21,7 +21,6 @@ from fvkit.problem.side import Section
 from fvkit.problem.turned import turned
 from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
-from fvkit.schemes.stages.passengers import velocities
 from fvkit.schemes.wave_propagation import FACE
 
 
@@ -59,7 +58,7 @@ class Sweep(ABC):
     1. `run` makes the state after a time dt of transport along the axis, with the sources that act with it, of padded arrays
        (rows, ny + 2 halo, nx + 2 halo); ghost cells have been filled.
     2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it.
-    3. `pull` writes what pushes each phase along the axis, and the mass that bears it, of each cell.
+    3. `pull` writes the velocity of each phase along the axis, what pushes it there and the mass that bears it, of each cell.
     """
 
     settles: ClassVar[bool] = False
@@ -146,7 +145,7 @@ class Sweep(ABC):
 
     @abstractmethod
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
-        """Write push and bearing mass of every phase, two rows each, into the cells of ``out``."""
+        """Write velocity, push and bearing mass of every phase, three rows each, into the cells of ``out``."""
 
 
 class PlaneKernel(StepwiseKernel):
@@ -184,7 +183,6 @@ class PlaneKernel(StepwiseKernel):
         self.given = [first, first.copy() if pulls else first]
         if problem.fields:
             self.set_fields(problem.t_start)
-        self._pushed = [np.zeros((2 * (pulls // 3), *shape)) for _ in self.sweeps]
 
     def set_fields(self, t: float) -> None:
         own = len(self.problem.model.aux)
@@ -231,11 +229,13 @@ class PlaneKernel(StepwiseKernel):
             start = march.next
             for source in self.parts.beside:
                 self._act(source, start, splitting.before * dt, brought)
+        first.fill(start, middle)
+        self._look_round(start)
         if self.joint:
             self._look_across(start, middle)
-        first.fill(start, middle)
         one = first.run(start, between, self.given[first.number], dt, False)
         second.fill(between, middle)
+        self._look_round(between, second)
         later = self.parts.beside[::-1] if splitting.after > 0.0 else ()
         other = second.run(between, march.next, self.given[second.number], dt, not later)
         for source in later:
@@ -255,19 +255,17 @@ class PlaneKernel(StepwiseKernel):
                     max(one.lost.deepest, other.lost.deepest))
         return Trial(speed, good, flux, brought, lost, max(one.lost_cell, other.lost_cell))
 
+    def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
+        """Find where something stands, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the rest."""
+
     def _look_across(self, q: np.ndarray, t: float) -> None:
         """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it."""
-        for sweep in self.sweeps:
-            sweep.fill(q, t)
-            sweep.pull(q, self._pushed[sweep.number], self.given[sweep.number])
         for sweep, other in zip(self.sweeps, self.sweeps[::-1], strict=True):
-            given, inside = self.given[sweep.number], self.inside(q)
+            given = self.given[other.number]
             target = given[len(given) - 3 * self.parts.across:]
-            found = velocities(other.model, tuple(inside[row] for row in other.rows),
-                               tuple(inside[row] for row in sweep.direction.across))
-            self.inside(target[::3])[:] = found
-            target[1::3], target[2::3] = self._pushed[other.number][::2], self._pushed[other.number][1::2]
-            sweep.fill_given(target, slice(0, len(target)), of_the_model=False)
+            sweep.fill(q, t)
+            sweep.pull(q, target, self.given[sweep.number])
+            other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
     def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray) -> None:
         """Let a source act on the cells for dt, and add what it makes of each mass to ``brought``."""

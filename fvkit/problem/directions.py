@@ -116,3 +116,27 @@ def _vectors(model: Model, names: tuple[str, ...]) -> set[str]:
     turned[split] *= -1.0
     ahead, back = model.observables(q, aux), model.observables(turned, aux)
     return {name for name in names if not np.array_equal(ahead[name], back[name])}
+
+
+def in_plane(model: Model, along_x: Any, along_y: Any) -> np.ndarray:
+    """Return the state on a grid with two axes from those that the model has along each: masses of the first, momenta of both.
+
+    Parameters
+    ----------
+    model : the equations.
+    along_x, along_y : (num_eqn, ...) conserved values, with the momenta along x and along y.
+
+    Returns
+    -------
+    numpy.ndarray
+        (rows, ...), momenta along x before those along y.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> water = gr.ShallowWater()
+    >>> in_plane(water, water.conserved_from(2.0, vs=1.0, vf=1.0), water.conserved_from(2.0, vs=3.0, vf=3.0)).tolist()
+    [2.0, 2.0, 6.0]
+    """
+    first, second, split = np.asarray(along_x, dtype=float), np.asarray(along_y, dtype=float), _split(model)
+    return np.stack([row for k, own in enumerate(first) for row in ([own, second[k]] if k in split else [own])])

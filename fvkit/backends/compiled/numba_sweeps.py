@@ -7,17 +7,21 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from fvkit.backends.compiled.active_blocks import ActiveBlocks
 from fvkit.backends.compiled.loops import aligned
 from fvkit.backends.compiled.numba_kernel import module_of, module_text
 from fvkit.backends.compiled.sweep_tiles import LANES, LENGTH, generate_sweep, signature
 from fvkit.backends.python_loop import Lost
 from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
+from fvkit.problem.problem import Problem
+from fvkit.schemes.scheme import Parts, Scheme
 
 
 class NumbaSweep(Sweep):
     """Runs the tiles of a sweep in compiled code; new parameter values never recompile."""
 
     settles: ClassVar[bool] = True
+    blocks: ActiveBlocks
 
     def prepare(self, given: np.ndarray, threads: int) -> None:
         """Make the code, once it is known which of the given rows are not zero everywhere."""
@@ -35,16 +39,15 @@ class NumbaSweep(Sweep):
         self._scratch = [(aligned(source.rows * LENGTH), aligned(LENGTH), np.zeros((1, 1)), np.zeros(4, dtype=np.int64))
                          for _ in range(threads)]
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fvkit") if threads > 1 else None
-        self.jobs = self._all_jobs(lines)
+        self._version, self._jobs = -1, np.zeros((0, 4), dtype=np.int64)
 
-    def _all_jobs(self, lines: int) -> np.ndarray:
-        """Pieces of all lines: line, number of lines, first cell and cells of each."""
-        n, wide = self.axis.num_cells, LANES if self.number else 1
-        longest = LENGTH // wide - 2 * self.halo - 1
-        pieces = -(-n // longest)
-        cuts = [n * k // pieces for k in range(pieces + 1)]
-        return np.array([(line + self.halo, min(wide, lines - line), first, stop - first) for line in range(0, lines, wide)
-                         for first, stop in pairwise(cuts)], dtype=np.int64)
+    def jobs(self) -> np.ndarray:
+        """Pieces of lines in active blocks, made again where these have changed."""
+        if self._version != self.blocks.version:
+            lanes = LANES if self.number else 1
+            self._jobs = self.blocks.jobs(self.number, lanes, LENGTH // lanes - 2 * self.halo - 1)
+            self._version = self.blocks.version
+        return self._jobs
 
     def _call(self, function: Any, q: np.ndarray, out: np.ndarray, aux: np.ndarray, last: bool, ratio: float) -> list[Any]:
         """Run the jobs, each thread its share of them."""
@@ -53,18 +56,19 @@ class NumbaSweep(Sweep):
             return function(jobs, q, out, aux, self.axis.num_cells, int(last), ratio, self._parameters, self._gates, self._gated,
                             buffer, speeds, through, found)
 
-        count = len(self._scratch)
-        cuts = [len(self.jobs) * k // count for k in range(count + 1)]
-        shares = [self.jobs[first:stop] for first, stop in pairwise(cuts)]
+        count, every = len(self._scratch), self.jobs()
+        cuts = [len(every) * k // count for k in range(count + 1)]
+        shares = [every[first:stop] for first, stop in pairwise(cuts)]
         if self._pool is None:
             return [share(shares[0], self._scratch[0])]
         return [one.result() for one in [self._pool.submit(share, *pair) for pair in zip(shares, self._scratch, strict=True)]]
 
     def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
-        self._gated[:] = 0
+        self._gated[:], self._gates[:] = 0, 0.0
         for side, lanes, through in self.fluxes():
             self._gated[side, lanes] = 1
             self._gates[side][:, lanes] = np.array(through, dtype=float).reshape(len(through), -1)
+            self.blocks.touch(self.number, side, self._gates[side].any(axis=0))
         for row in self.direction.still:
             out[row] = q[row]
         reports = self._call(self._module.sweep, q, out, aux, last, dt / self.axis.dx)
@@ -85,3 +89,18 @@ class NumbaPlaneKernel(PlaneKernel):
 
     name: ClassVar[str] = "numba"
     sweep_kind = NumbaSweep
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...], threads: int = 1) -> None:
+        super().__init__(problem, scheme, parts, threads)
+        every = not problem.model.phases or bool(self.parts.beside)
+        self.blocks = ActiveBlocks(problem.grid.shape, self.halo, every)
+        for sweep in self.sweeps:
+            sweep.blocks = self.blocks
+
+    def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
+        if sweep is None:
+            self.blocks.look(q)
+        for one in self.sweeps if sweep is None else (sweep,):
+            lines = one.lines(q)
+            for side, ghosts in enumerate((lines[:, :self.halo], lines[:, lines.shape[1] - self.halo:])):
+                self.blocks.touch(one.number, side, ghosts.any(axis=(0, 1)))

@@ -108,12 +108,13 @@ def with_across(model, before, after, bearing, around, dt):
 
 
 def pulling_stages(face):
-    """Return the stages of what pushes each phase of a cell along an axis, per length, and of the mass that bears it.
+    """Return the stages of the velocity of each phase of a cell along an axis, of what pushes it there, per length, and of the mass
+    that bears the push.
 
     Sweeps along the other axis look at them, see `surroundings`.
     """
     return (Stage(pushes, face, ("push", "bearing")),
-            Stage(pulls, {"push": Read("push", 0, 1), "bearing": Read("bearing", 0, 1)}, (PULLS,)))
+            Stage(pulls, {"q": Read("q"), "push": Read("push", 0, 1), "bearing": Read("bearing", 0, 1)}, (PULLS,)))
 
 
 def pushes(parts, ratio, ql, qr, auxl, auxr):
@@ -126,10 +127,13 @@ def pushes(parts, ratio, ql, qr, auxl, auxr):
             "bearing": tuple([before[phase.masses[-1]] for phase in phases])}
 
 
-def pulls(parts, ratio, push, bearing):
-    """Return push and bearing mass of each phase, the mean of both faces of a cell."""
-    return {PULLS: tuple([0.5 * (one[0] + one[1])
-                          for pair in zip(zip(*push, strict=True), zip(*bearing, strict=True), strict=True) for one in pair])}
+def pulls(parts, ratio, q, push, bearing):
+    """Return velocity, push and bearing mass of each phase, of these the mean of both faces of a cell."""
+    flux, result = mass_flux(parts.model, q), []
+    for k, phase in enumerate(parts.model.phases):
+        row = phase.masses[-1]
+        result += [flux[row] / (q[row] + TINY), 0.5 * (push[0][k] + push[1][k]), 0.5 * (bearing[0][k] + bearing[1][k])]
+    return {PULLS: tuple(result)}
 
 
 def on_face(model, ql, qr, auxl, auxr):

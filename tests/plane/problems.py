@@ -1,0 +1,53 @@
+"""Problems on grids with two axes that several tests ask for."""
+
+import numpy as np
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.problem.directions import in_plane
+
+MODELS = (gr.ShallowWater(), gr.TwoPhase(), gr.Reduced(), gr.TwoLayer())
+SOLVERS = (gr.Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov())
+CLOSED = {"west": fv.Wall(), "east": fv.Wall(), "south": fv.Wall(), "north": fv.Wall()}
+
+
+def square(n, length=10.0, m=None):
+    """A grid of n x m cells."""
+    return fv.Grid((0.0, 0.0), (length, length), (n, m or n))
+
+
+def state(model, h, phi, vx=(0.0, 0.0), vy=(0.0, 0.0)):
+    """The state of given depth, solid fraction and velocities (solid, fluid) along x and along y."""
+    return in_plane(model, model.conserved_from(h, phi, *vx), model.conserved_from(h, phi, *vy))
+
+
+def rough(model, grid, seed=0, dry=0.3, speed=3.0):
+    """Rough data: depths over many orders of magnitude, a share of them dry, absent phases, any velocities, rough bottom."""
+    rng = np.random.default_rng(seed)
+    h = 10.0**rng.uniform(-6.0, 0.5, grid.shape) * (rng.uniform(size=grid.shape) >= dry)
+    phi = rng.choice([0.0, 0.3, 0.6, 1.0], grid.shape)
+    speeds = rng.uniform(-speed, speed, (4, *grid.shape))
+    return state(model, h, phi, speeds[:2], speeds[2:]), rng.uniform(0.0, 1.0, grid.shape)
+
+
+def vortex(n, drift=0.0, t_end=0.5, g=9.81):
+    """A vortex of shallow water that stands or drifts with velocity (drift, drift), periodic; exact.
+
+    v = (r/R) exp((1 - r^2/R^2)/2) around its centre, h = 1 - exp(1 - r^2/R^2)/(2 g).
+    """
+    def at(t):
+        def values(x, y):
+            east, north = ((place - 0.5 - drift * t + 0.5) % 1.0 - 0.5 for place in (x, y))
+            square_of = (east * east + north * north) / 0.1**2
+            turning, h = np.exp(0.5 * (1.0 - square_of)) / 0.1, 1.0 - np.exp(1.0 - square_of) / (2.0 * g)
+            return [h, h * (drift - north * turning), h * (drift + east * turning)]
+
+        return fv.Problem(gr.ShallowWater(g=g), fv.Grid((0.0, 0.0), (1.0, 1.0), (n, n)), values, t_end, boundary=fv.Periodic())
+
+    return at(0.0), at(t_end).q0
+
+
+def transposed(q):
+    """A state of one phase or more with x and y exchanged: (mass, momentum x, momentum y) for each phase of one mass."""
+    rows = [row for k in range(0, len(q), 3) for row in (k, k + 2, k + 1)]
+    return np.swapaxes(q[rows], 1, 2)
