@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fvkit import validation
 from fvkit.pointwise.tracing import Expr, Graph
 
 
@@ -30,6 +31,7 @@ def rarely(condition, value: Callable[[], Any], otherwise):
     >>> fv.rarely(depth > 5.0, lambda: np.sqrt(depth), 0.0).tolist()
     [0.0, 3.0]
     """
+    validation.function(value, "value", "without arguments, such as lambda: np.sqrt(h)")
     if isinstance(condition, Expr):
         if condition.graph.rare is not None:
             condition.graph.rare.append(condition)

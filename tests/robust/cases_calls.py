@@ -89,6 +89,7 @@ CALLS = {
                                  cross_term="flag", in_cell_shocks="flag")),
     "MethodOfLines": Call(fv.MethodOfLines, dict(riemann=fv.Roe()),
                           dict(riemann="part", reconstruction="part", integrator="part", cfl="positive?")),
+    "rarely": Call(fv.rarely, dict(condition=np.array([True]), value=lambda: 1.0, otherwise=0.0), dict(value="function")),
     "PyClawRiemann": Call(fv.PyClawRiemann, dict(function=members), dict(function="function", problem_data="mapping", fwave="flag")),
     "Samples": Call(fv.Samples, dict(values={"D": np.ones(2)}), dict(values="mapping", axes="mapping")),
     "Samples.latin_hypercube": Call(fv.Samples.latin_hypercube, dict(ranges={"D": (0.0, 1.0)}, members=3),
