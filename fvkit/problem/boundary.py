@@ -3,6 +3,7 @@
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from copy import copy
 from typing import Any, ClassVar
 
 import attrs
@@ -323,7 +324,7 @@ class Inflow(Given):
         return whole if self.sweep is None else tuple(whole[row] for row in self.sweep.rows)
 
     def turned(self, direction: Any) -> "Inflow":
-        result = attrs.evolve(self)
+        result = copy(self)
         object.__setattr__(result, "sweep", direction)
         return result
 

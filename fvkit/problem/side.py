@@ -125,4 +125,5 @@ def sections(given: Any, left: bool, direction: Direction, grid: Grid, aux: Mapp
 
 
 def _placed(end: BoundaryCondition, left: bool, direction: Direction, axis: Axis, aux: Mapping[str, np.ndarray]) -> Any:
-    return validation.instance(end.turned(direction).placed(left, direction.model, axis, aux), "placed()", BoundaryCondition)
+    placed = validation.instance(end.placed(left, direction.model, axis, aux), "placed()", BoundaryCondition)
+    return placed.turned(direction)
