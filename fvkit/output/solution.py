@@ -56,7 +56,7 @@ class Solution:
         return observables(self.model, self.grid, self.q[i], self.aux)
 
     def hyperbolicity_margin(self, i: int = -1) -> np.ndarray:
-        """Return the hyperbolicity margin at output ``i``, (num_cells,): negative where characteristic speeds are complex."""
+        """Return the hyperbolicity margin at output ``i``, grid.shape: negative where characteristic speeds are complex."""
         rows = [list(one.rows) for one in directions(self.model, self.grid)]
         found = [self.model.hyperbolicity_margin(self.q[i][row].reshape(len(row), -1)) for row in rows]
         return np.minimum.reduce(found).reshape(self.grid.shape)
@@ -86,7 +86,8 @@ class Solution:
         return save(self, path)
 
     def to_xarray(self) -> "Dataset":
-        """Return an ``xarray.Dataset``: components, observables and aux values with units over time and x.
+        """Return an ``xarray.Dataset``: components, observables and aux values with units over time and x; with two
+        axes over time, y and x.
 
         Variables have the model's names, made valid ("hs vs" becomes hs_vs, with the attribute original_name); the attribute
         configuration contains the configuration as JSON.
@@ -115,9 +116,8 @@ class Solution:
 
     def __repr__(self) -> str:
         grid, stats = self.grid, self.stats
-        cells = " x ".join(str(axis.num_cells) for axis in grid.axes)
         place = " x ".join(f"[{axis.lower:g}, {axis.upper:g}]" for axis in grid.axes)
-        return (f"<Solution of {self.model}, {cells} cells on {place} m, "
+        return (f"<Solution of {self.model}, {grid.described} cells on {place} m, "
                 f"{len(self.t)} outputs, t = {self.t[0]:g} .. {self.t[-1]:g} s: "
                 f"{self.status.name}, {stats.steps} steps ({stats.rejected} rejected), "
                 f"{stats.backend}, {stats.seconds:.3g} s>")
@@ -125,7 +125,7 @@ class Solution:
     def _repr_html_(self) -> str:
         """Return an HTML table for notebooks: status and statistics of the run."""
         stats = self.stats
-        rows = {"model": type(self.model).__name__, "cells": " x ".join(str(axis.num_cells) for axis in self.grid.axes), "t": f"{self.t[-1]:.6g}",
+        rows = {"model": type(self.model).__name__, "cells": self.grid.described, "t": f"{self.t[-1]:.6g}",
                 "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,
                 "steps": f"{stats.steps} ({stats.rejected} rejected)", "stepping": f"{stats.seconds:.3g} s",
                 "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}
