@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit import validation
 from fvkit.output.status import Stats, Status
 from fvkit.problem.directions import directions, observables
 from fvkit.problem.grid import Grid
@@ -101,18 +100,35 @@ class Solution:
 
         return dataset(self)
 
-    def plot(self, ax: "Axes | None" = None, i: int = -1, kind: str = "state") -> "Axes":
-        """Plot the solution at output ``i`` and return the axes. Kinds are ``"state"`` (all observables), ``"profile"`` (layers
-        above the bottom), ``"speeds"``, ``"margin"``; see also `fvkit.output.plots.space_time`."""
-        from fvkit.output.plots import KINDS
+    def plot(self, ax: "Axes | None" = None, i: int = -1, kind: str | None = None, **options: Any) -> "Axes":
+        """Plot the solution at output ``i`` and return the axes.
 
-        return KINDS[validation.choice(kind, "kind", KINDS)](self, ax, i)
+        Parameters
+        ----------
+        ax : axes to draw on; None for new ones.
+        i : number of the output.
+        kind : ``"state"`` (all observables, the default), ``"profile"`` (layers above the bottom), ``"speeds"`` or ``"margin"``;
+            see also `fvkit.output.plots.space_time`. With two axes ``"map"`` (colours of an observable and contours of the
+            bottom, the default), ``"vectors"`` (a map with arrows of the velocity) or ``"cut"`` (the layers along a line).
+        options : of the kinds with two axes. ``name`` is the observable of all of them, the first by default, the layers for
+            ``"cut"``; ``vector`` that of the arrows, such as ``"vf"``; ``line`` the ends ((x0, y0), (x1, y1)) of the cut, m,
+            by default along x through the middle.
 
-    def animate(self, path: str | Path, kind: str = "state", fps: int = 12, ax: "Axes | None" = None) -> Path:
-        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4; see `fvkit.output.plots.animate`."""
+        Raises
+        ------
+        ValueError
+            For a kind that does not serve the grid or the model; the message has those that do.
+        """
+        from fvkit.output.plots import drawing
+
+        return drawing(self, kind)(self, ax, i, **options)
+
+    def animate(self, path: str | Path, kind: str | None = None, fps: int = 12, ax: "Axes | None" = None, **options: Any) -> Path:
+        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4; kind and options as for `plot`, see
+        `fvkit.output.plots.animate`."""
         from fvkit.output.plots import animate
 
-        return animate(self, path, kind, fps, ax)
+        return animate(self, path, kind, fps, ax, **options)
 
     def __repr__(self) -> str:
         grid, stats = self.grid, self.stats
