@@ -26,8 +26,8 @@ SHADES = ("#C9A66B", "#8FC1E3", "#B9B9D9")
 #: Arrows along the longer side of a map, and how many of their spacings the longest is long.
 ARROWS, LONGEST = 25, 1.6
 
-#: Sides of a map: one that is so many times as wide as high has its colour bar below.
-WIDE = 2.0
+#: Where a map has its colour bar: left and lower end, width and height, in shares of the axes.
+BAR = (1.02, 0.0, 0.03, 1.0)
 
 #: Share of a cell that a line may be longer than a whole number of them by rounding.
 ROUNDING = 1e-9
@@ -138,8 +138,7 @@ def plot_map(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
     x, y = solution.grid.axes
     mesh = target.pcolormesh(x.edges, y.edges, solution.observables(i)[chosen], cmap="viridis", rasterized=True)
     if target.figure is not None:
-        below = x.upper - x.lower > WIDE * (y.upper - y.lower)
-        target.figure.colorbar(mesh, ax=target, label=_label(solution, chosen), location="bottom" if below else "right")
+        target.figure.colorbar(mesh, cax=target.inset_axes(BAR), label=_label(solution, chosen))
     bottom = solution.aux.get("b")
     if bottom is not None and min(bottom.shape) > 1 and np.ptp(bottom) > 0.0:
         target.contour(x.centers, y.centers, bottom, levels=8, colors="white", linewidths=0.7, alpha=0.8)
@@ -169,10 +168,11 @@ def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: s
     largest = float(sizes[np.isfinite(sizes)].max(initial=0.0)) or 1.0
     target, seen = plot_map(solution, ax, i, name), solution.observables(i)
     along, across = (np.where(sizes[i] > 0.0, seen[f"{chosen}_{axis}"], np.nan)[rows, columns] for axis in NAMES)
-    arrows = target.quiver(x.centers[columns], y.centers[rows], along, across, color="#E69F00", angles="xy", scale_units="xy",
-                           scale=largest / (LONGEST * spacing), width=0.003, pivot="mid")
+    arrows = target.quiver(x.centers[columns], y.centers[rows], along, across, color="white", edgecolor="black", linewidth=0.4,
+                           units="xy", width=0.12 * spacing, angles="xy", scale_units="xy", scale=largest / (LONGEST * spacing))
     shown, unit = float(f"{largest:.1g}"), quantities(solution.model, solution.grid)[speed_name(chosen)][0]
-    target.quiverkey(arrows, 1.0, 1.04, shown, f"{chosen} = {shown:g} {unit}", labelpos="W", fontproperties={"size": "small"})
+    target.quiverkey(arrows, 0.5, 1.04, shown, f"{chosen} = {shown:g} {unit}", labelpos="E", fontproperties={"size": "small"})
+    target.set_title(f"{_title(solution, i)}\n")  # the key stands in its second line
     return target
 
 
