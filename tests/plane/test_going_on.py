@@ -32,6 +32,16 @@ def test_a_continued_run_is_the_run(model, steps, tmp_path):
     assert gone_on.configuration["boundary"] == whole.configuration["boundary"]
 
 
+@pytest.mark.parametrize("sources", [
+    gr.Manning(np.linspace(0.01, 0.1, 84).reshape(7, 12)),
+    [gr.Manning(0.05), fv.Forcing(np.linspace(0.0, 0.1, 252).reshape(3, 7, 12))]])
+def test_sources_that_vary_over_the_cells_go_on(sources, tmp_path):
+    whole = fv.solve(pool(sources=sources), times=TIMES, backend="numpy")
+    fv.solve(pool(sources=sources), times=TIMES, limits=fv.Limits(steps=3), checkpoint=fv.Checkpoint(tmp_path / "run.npz"),
+             backend="numpy", throw=False)
+    same(fv.resume(tmp_path / "run.npz"), whole)
+
+
 def test_steps_in_the_other_order_would_be_seen(tmp_path):
     problem = partial(pool, t_end=0.2)
     whole = fv.solve(problem(), backend="numpy")
