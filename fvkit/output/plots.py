@@ -26,8 +26,11 @@ SHADES = ("#C9A66B", "#8FC1E3", "#B9B9D9")
 #: Arrows along the longer side of a map, and how many of their spacings the longest is long.
 ARROWS, LONGEST = 25, 1.6
 
-#: Where a map has its colour bar: left and lower end, width and height, in shares of the axes.
-BAR = (1.02, 0.0, 0.03, 1.0)
+#: Height of the figure of a map, inches: of what stands around the map, and the least and the largest.
+AROUND, LOWEST, HIGHEST = 0.9, 2.4, 9.0
+
+#: How far above a map the key of its arrows stands, pixels.
+ABOVE = 12.0
 
 #: Share of a cell that a line may be longer than a whole number of them by rounding.
 ROUNDING = 1e-9
@@ -134,11 +137,12 @@ def margin(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
 
 def plot_map(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None) -> Axes:
     """Plot a map of an observable at output ``i``, the first by default, with contours of the bottom; both axes to one scale."""
-    target, chosen = ax if ax is not None else new_axes()[1][0], _chosen(solution, name)
-    x, y = solution.grid.axes
+    chosen, (x, y) = _chosen(solution, name), solution.grid.axes
+    height = min(max(AROUND + 5.0 * (y.upper - y.lower) / (x.upper - x.lower), LOWEST), HIGHEST)
+    target = ax if ax is not None else new_axes(height=height)[1][0]
     mesh = target.pcolormesh(x.edges, y.edges, solution.observables(i)[chosen], cmap="viridis", rasterized=True)
     if target.figure is not None:
-        target.figure.colorbar(mesh, cax=target.inset_axes(BAR), label=_label(solution, chosen))
+        target.figure.colorbar(mesh, ax=target, label=_label(solution, chosen))
     bottom = solution.aux.get("b")
     if bottom is not None and min(bottom.shape) > 1 and np.ptp(bottom) > 0.0:
         target.contour(x.centers, y.centers, bottom, levels=8, colors="white", linewidths=0.7, alpha=0.8)
@@ -171,7 +175,8 @@ def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: s
     arrows = target.quiver(x.centers[columns], y.centers[rows], along, across, color="white", edgecolor="black", linewidth=0.4,
                            units="xy", width=0.12 * spacing, angles="xy", scale_units="xy", scale=largest / (LONGEST * spacing))
     shown, unit = float(f"{largest:.1g}"), quantities(solution.model, solution.grid)[speed_name(chosen)][0]
-    target.quiverkey(arrows, 0.5, 1.04, shown, f"{chosen} = {shown:g} {unit}", labelpos="E", fontproperties={"size": "small"})
+    target.quiverkey(arrows, 0.5, 1.0 + ABOVE / target.bbox.height, shown, f"{chosen} = {shown:g} {unit}", labelpos="E",
+                     fontproperties={"size": "small"})
     target.set_title(f"{_title(solution, i)}\n")  # the key stands in its second line
     return target
 
@@ -243,7 +248,7 @@ def animate(solution: Results, path: str | Path, kind: str | None = None, fps: i
 
     draw = partial(drawing(solution, kind), **options)
     rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
-    axes = ax if ax is not None else new_axes()[1][0]
+    axes = ax if ax is not None else draw(solution, None, 0)
     figure = None if axes.figure is None else axes.figure.figure  # the top-level figure, also for axes in a subfigure
     if figure is None:
         raise ValueError("`ax` must be in a figure")
