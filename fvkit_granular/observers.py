@@ -15,7 +15,7 @@ class Front(Observer):
     """Front positions over time, the outermost points where the depth exceeds a threshold, and the deposit.
 
     The depth is interpolated linearly between the centre of the last cell above the threshold and the next one, so positions
-    are accurate to about a cell.
+    are accurate to about a cell. Grids with one axis alone.
 
     Parameters
     ----------
@@ -39,6 +39,9 @@ class Front(Observer):
     def begin(self, problem: Problem) -> None:
         if not callable(getattr(problem.model, "depth", None)):
             raise ValueError(f"Front needs a model with a depth, {type(problem.model).__name__} defines no `depth(q)`")
+        if len(problem.grid.axes) > 1:
+            raise ValueError("Front follows both ends of a flow along one axis, got a grid with two: take fv.Extremes, whose map "
+                             "largest['h'] shows where the flow has been")
         self._notes = []
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:

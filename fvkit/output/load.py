@@ -11,6 +11,7 @@ from fvkit.output.configuration import model_and_grid, parsed, part
 from fvkit.output.npz import FORMAT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.output.status import Stats, Status
+from fvkit.problem.directions import component_names
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
 
@@ -47,8 +48,8 @@ def load(path: str | Path) -> Solution:
     kept = parsed(archive.text("configuration"), source)
     model, grid = model_and_grid(kept, source)
     t = archive.numbers("t", (None,))
-    q = archive.numbers("q", (len(t), len(model.conserved), grid.num_cells))
-    aux = {name: archive.numbers(f"aux_{name}", (grid.num_cells,)) for name in model.aux}
+    q = archive.numbers("q", (len(t), len(component_names(model, grid)), *grid.shape))
+    aux = {name: archive.numbers(f"aux_{name}", grid.shape) for name in model.aux}
     return restored(t, q, aux, kept, model, grid, source)
 
 

@@ -18,7 +18,8 @@ from fvkit.output.citation import VERSION, package
 from fvkit.output.configuration import configuration_of, model_and_grid, parsed
 from fvkit.output.hdf5_file import PatientFile
 from fvkit.output.status import Results
-from fvkit.problem.grid import Grid
+from fvkit.problem.directions import component_names, observables, quantities
+from fvkit.problem.grid import NAMES, Grid
 from fvkit.problem.model import Model
 
 if TYPE_CHECKING:
@@ -28,34 +29,33 @@ if TYPE_CHECKING:
 #: Largest accepted ratio of declared content to file size: files compressed by other tools are smaller than their content.
 LARGEST_RATIO = 100
 
-#: Names reserved for coordinates and dimensions.
-TAKEN = ("time", "x", "x_bounds", "bounds")
-
-
 @attrs.frozen
 class Field:
-    """netCDF variable: its valid name, the name ``original`` of the model, its role and its attributes.
+    """netCDF variable: its valid name, the name ``original`` of the model, its role, its dimensions and its attributes.
 
-    ``role`` is ``"conserved"``, ``"observable"`` (both over time and x) or ``"given"`` (the aux functions, over x).
+    ``role`` is ``"conserved"``, ``"observable"`` (both over time and the axes, the last first) or ``"given"`` (the aux functions,
+    over the axes alone).
     """
 
     name: str
     original: str
     role: str
+    dims: tuple[str, ...]
     attributes: dict[str, str]
 
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """The dimensions of the variable."""
-        return ("x",) if self.role == "given" else ("time", "x")
+
+def dimensions(grid: Grid) -> dict[str, int]:
+    """Return the dimensions of an array of cells, {name: length}, the last axis first."""
+    return dict(zip(NAMES[:len(grid.axes)][::-1], grid.shape, strict=True))
 
 
-def fields(model: Model, q: np.ndarray, aux: Mapping[str, np.ndarray]) -> list[Field]:
-    """Return the list of variables of a model for any state ``q`` (num_eqn, n), without observables that are rows of q."""
-    derived = [name for name, values in model.observables(q, aux).items()
+def fields(model: Model, grid: Grid, q: np.ndarray, aux: Mapping[str, np.ndarray]) -> list[Field]:
+    """Return the variables of a model for any state ``q`` (num_eqn, *grid.shape), without observables that are rows of q."""
+    derived = [name for name, values in observables(model, grid, q, aux).items()
                if not any(np.shares_memory(values, row) for row in q)]
-    result, taken = [], set(TAKEN)
-    for role, names in (("conserved", model.conserved), ("observable", derived), ("given", tuple(aux))):
+    known, cells = quantities(model, grid), tuple(dimensions(grid))
+    result, taken = [], {"time", "bounds", *coordinates(grid)}
+    for role, names in (("conserved", component_names(model, grid)), ("observable", derived), ("given", tuple(aux))):
         for original in names:
             name = base = re.sub(r"\W+", "_", original, flags=re.ASCII).strip("_") or "u"
             name = base = base if not base[0].isdigit() else f"q_{base}"
@@ -64,23 +64,29 @@ def fields(model: Model, q: np.ndarray, aux: Mapping[str, np.ndarray]) -> list[F
                     break
                 name = f"{base}_{number}"
             taken.add(name)
-            unit, meaning = model.quantities.get(original, ("", original))
+            unit, meaning = known.get(original, ("", original))
             units = {"units": unit} if unit else {}
-            result.append(Field(name, original, role, {**units, "long_name": meaning, "original_name": original, "role": role}))
+            result.append(Field(name, original, role, cells if role == "given" else ("time", *cells),
+                                {**units, "long_name": meaning, "original_name": original, "role": role}))
     return result
 
 
-def frame(model: Model, layout: list[Field], q: np.ndarray, aux: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return conserved components and observables of one state, {name: (n,)}."""
-    values = {"conserved": dict(zip(model.conserved, q, strict=True)), "observable": model.observables(q, aux)}
+def frame(model: Model, grid: Grid, layout: list[Field], q: np.ndarray, aux: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return conserved components and observables of one state, {name: grid.shape}."""
+    values = {"conserved": dict(zip(component_names(model, grid), q, strict=True)),
+              "observable": observables(model, grid, q, aux)}
     return {field.name: values[field.role][field.original] for field in layout if field.role in values}
 
 
 def coordinates(grid: Grid) -> dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]]:
     """Return the coordinates of a grid, {name: (dimensions, values, attributes)}."""
-    edges = grid.edges
-    return {"x": (("x",), grid.centers, {"units": "m", "axis": "X", "long_name": "centre of the cell", "bounds": "x_bounds"}),
-            "x_bounds": (("x", "bounds"), np.stack([edges[:-1], edges[1:]], axis=1), {})}
+    result: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    for name, axis in zip(NAMES, grid.axes, strict=False):
+        edges, bounds = axis.edges, f"{name}_bounds"
+        result[name] = ((name,), axis.centers,
+                        {"units": "m", "axis": name.upper(), "long_name": "centre of the cell", "bounds": bounds})
+        result[bounds] = (name, "bounds"), np.stack([edges[:-1], edges[1:]], axis=1), {}
+    return result
 
 
 #: Attributes of the time coordinate.
@@ -89,7 +95,8 @@ TIME = {"units": "s", "axis": "T", "long_name": "time since the start of the clo
 
 def global_attributes(kept: Mapping[str, Any]) -> dict[str, str]:
     """Return the global attributes of a dataset, {name: text}."""
-    return {"Conventions": "CF-1.11", "title": f"{kept['model']['class']} on {kept['grid']['num_cells']} cells",
+    cells = " x ".join(map(str, np.ravel(kept["grid"]["num_cells"])))
+    return {"Conventions": "CF-1.11", "title": f"{kept['model']['class']} on {cells} cells",
             "source": f"fvkit {VERSION}", "references": kept.get("citation", package().sentence()),
             "configuration": json.dumps(kept, allow_nan=False)}
 
@@ -97,12 +104,12 @@ def global_attributes(kept: Mapping[str, Any]) -> dict[str, str]:
 def dataset(solution: Results) -> "Dataset":
     """Return a solution as an ``xarray.Dataset``, see `Solution.to_xarray`."""
     xarray = _library("xarray", "to_xarray")
-    model, aux = solution.model, solution.aux
-    layout = fields(model, solution.q[0], aux)
-    frames = [frame(model, layout, q, aux) for q in solution.q]
+    model, grid, aux = solution.model, solution.grid, solution.aux
+    layout = fields(model, grid, solution.q[0], aux)
+    frames = [frame(model, grid, layout, q, aux) for q in solution.q]
     variables = {field.name: (field.dims, aux[field.original] if field.role == "given"
                               else np.array([values[field.name] for values in frames]), field.attributes) for field in layout}
-    coords = coordinates(solution.grid) | {"time": (("time",), solution.t, TIME)}
+    coords = coordinates(grid) | {"time": (("time",), solution.t, TIME)}
     result: Dataset = xarray.Dataset(variables, coords, global_attributes(configuration_of(solution)))
     return result
 
@@ -115,7 +122,7 @@ class Writer:
     path : final path of the file. Until `finish` it is ``NAME.part.nc`` in the same folder, which contains every time level
         added so far, even if the process is killed.
     model, grid, aux : model, grid and aux values of the states.
-    q : (num_eqn, n) any state.
+    q : (num_eqn, *grid.shape) any state.
     kept : preliminary configuration; `finish` replaces it.
     part : another temporary path, used by this writer alone.
 
@@ -131,27 +138,27 @@ class Writer:
                  kept: Mapping[str, Any], part: Path | None = None) -> None:
         h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
         self.path, self.part = path, part or path.with_name(f"{path.stem}.part.nc")
-        self._model, self._aux, self._layout, self._count = model, aux, fields(model, q, aux), 0
+        self._model, self._grid, self._aux, self._layout, self._count = model, grid, aux, fields(model, grid, q, aux), 0
         self._digest = _digest(aux.values())
         self._disk = PatientFile(self.part)
         self._raw = h5py.File(self._disk, "w", track_order=True)
         self._file = h5netcdf.File(self._raw, "w")
         try:
-            self._fill(grid, kept)
+            self._fill(kept)
             self._check()
         except BaseException:
             self._remove()
             raise
 
-    def _fill(self, grid: Grid, kept: Mapping[str, Any]) -> None:
+    def _fill(self, kept: Mapping[str, Any]) -> None:
         """Write the time-independent variables."""
-        n = grid.num_cells
-        self._file.dimensions = {"time": None, "x": n, "bounds": 2}
+        grid = self._grid
+        self._file.dimensions = {"time": None, **dimensions(grid), "bounds": 2}
         self._add("time", ("time",), TIME, chunks=(512,))
         for name, (dims, values, attributes) in coordinates(grid).items():
             self._add(name, dims, attributes)[:] = values
         for field in self._layout:
-            chunks = {"chunks": (1, n)} if "time" in field.dims else {}
+            chunks = {"chunks": (1, *grid.shape)} if "time" in field.dims else {}
             variable = self._add(field.name, field.dims, field.attributes, **chunks)
             if field.role == "given":
                 variable[:] = self._aux[field.original]
@@ -177,8 +184,8 @@ class Writer:
         """Append the state at time ``t`` and flush; the time is written last, so an incomplete time level is detected."""
         k = self._count
         self._file.resize_dimension("time", k + 1)
-        for name, values in frame(self._model, self._layout, q, self._aux).items():
-            self._file[name][k, :] = values
+        for name, values in frame(self._model, self._grid, self._layout, q, self._aux).items():
+            self._file[name][k, ...] = values
         self._file["time"][k] = t
         self._digest.update(np.array(t, dtype=float).tobytes() + np.ascontiguousarray(q).tobytes())
         self._count = k + 1
@@ -259,7 +266,7 @@ def _read(file: Any, path: Path) -> Pieces:
     model, grid = model_and_grid(kept, path)
     found = {(variable.attrs.get("role"), variable.attrs.get("original_name")): variable
              for variable in file.variables.values()}
-    bound, n = LARGEST_RATIO * path.stat().st_size, grid.num_cells
+    bound, names = LARGEST_RATIO * path.stat().st_size, component_names(model, grid)
 
     def values(variable: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
         if variable is None:
@@ -272,14 +279,14 @@ def _read(file: Any, path: Path) -> Pieces:
     if "time" not in file.variables:
         raise Unreadable(path, "it has no 'time'")
     k = int(np.prod(file.variables["time"].shape))
-    declared = 8 * (k * (len(model.conserved) * n + 1) + len(model.aux) * n)
+    declared = 8 * (k * (len(names) * grid.size + 1) + len(model.aux) * grid.size)
     if declared > bound:
         raise Unreadable(path, f"it declares {declared} bytes of content, more than {LARGEST_RATIO} times its size")
     t = values(file.variables["time"], "time", (k,))
-    q = np.empty((k, len(model.conserved), n))
-    for row, name in enumerate(model.conserved):
-        q[:, row] = values(found.get(("conserved", name)), name, (k, n))
-    aux = {name: values(found.get(("given", name)), name, (n,)) for name in model.aux}
+    q = np.empty((k, len(names), *grid.shape))
+    for row, name in enumerate(names):
+        q[:, row] = values(found.get(("conserved", name)), name, (k, *grid.shape))
+    aux = {name: values(found.get(("given", name)), name, grid.shape) for name in model.aux}
     _check(file.attrs.get("checksum"), t, q, aux, kept_text, path)
     while k > 1 and not t[k - 1] > t[k - 2]:  # drop an incomplete time level, whose time was not written
         k -= 1

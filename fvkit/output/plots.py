@@ -1,9 +1,13 @@
-"""Plots of one solution: state, profile, space-time diagram, speeds, hyperbolicity margin; and animations."""
+"""Plots of one solution: state, profile, space-time diagram, speeds, hyperbolicity margin; with two axes maps, vectors and cuts;
+and animations."""
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from math import ceil, hypot
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,10 +16,24 @@ from fvkit import validation
 from fvkit.output.figures import COLORS, new_axes
 from fvkit.output.status import Results
 from fvkit.problem.answers import wave_speeds
+from fvkit.problem.directions import quantities, speed_name, vectors
+from fvkit.problem.grid import NAMES
 from fvkit.problem.model import aux_rows
 
 #: Fill colours of the layers above the bottom, lowest first.
 SHADES = ("#C9A66B", "#8FC1E3", "#B9B9D9")
+
+#: Arrows along the longer side of a map, and how many of their spacings the longest is long.
+ARROWS, LONGEST = 25, 1.6
+
+#: Height of the figure of a map, inches: of what stands around the map, and the least and the largest.
+AROUND, LOWEST, HIGHEST = 0.9, 2.4, 9.0
+
+#: How far above a map the key of its arrows stands, pixels.
+ABOVE = 12.0
+
+#: Share of a cell that a line may be longer than a whole number of them by rounding.
+ROUNDING = 1e-9
 
 
 def plot_state(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
@@ -27,10 +45,7 @@ def plot_state(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
     bottom = solution.aux.get("b")
     if bottom is not None and np.any(bottom != 0.0):
         target.fill_between(x, bottom, min(0.0, float(bottom.min())), color="0.8", label="bottom", zorder=0)
-    target.set(xlabel="x, m", title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
-    target.grid(alpha=0.3)
-    target.legend(fontsize="small")
-    return target
+    return _finish(target, solution, i, "")
 
 
 def profile(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
@@ -42,30 +57,40 @@ def profile(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
         If the model defines no ``thicknesses``; use kind="state" then.
     """
     target = ax if ax is not None else new_axes()[1][0]
-    x, below = solution.grid.centers, solution.aux.get("b", np.zeros(solution.grid.num_cells))
     parts = solution.model.thicknesses(solution.observables(i))
     if not parts:
         raise ValueError(f"{type(solution.model).__name__} defines no `thicknesses`, so it has no profile: take kind='state'")
+    _layers(target, solution.grid.centers, solution.aux.get("b", np.zeros(solution.grid.shape)), parts)
+    return _finish(target, solution, i, "height, m")
+
+
+def _layers(target: Axes, x: np.ndarray, below: np.ndarray, parts: Mapping[str, np.ndarray]) -> None:
+    """Draw layers, {name: thickness (n,)}, above the bottom (n,), from below."""
     if np.any(below != 0.0):
         target.fill_between(x, below, min(0.0, float(below.min())), color="0.75", label="bottom", linewidth=0.0)
     for k, (name, thickness) in enumerate(parts.items()):
         target.fill_between(x, below, below + thickness, color=SHADES[k % len(SHADES)], label=name, linewidth=0.0)
         below = below + thickness
     target.plot(x, below, color=COLORS[0], linewidth=1.2)
-    return _finish(target, solution, i, "height, m")
 
 
 def _label(solution: Results, name: str) -> str:
     """Return the axis label of an observable: its name, with its unit if ``Model.quantities`` contains one."""
-    unit, _ = solution.model.quantities.get(name, ("", ""))
+    unit, _ = quantities(solution.model, solution.grid).get(name, ("", ""))
     return f"{name}, {unit}" if unit not in ("", "1") else name
+
+
+def _chosen(solution: Results, name: str | None) -> str:
+    """Return the name of an observable, the first by default, checked."""
+    known = list(solution.observables(0))
+    return known[0] if name is None else validation.choice(name, "name", known)
 
 
 def space_time(solution: Results, ax: Axes | None = None, name: str | None = None) -> Axes:
     """Plot a space-time diagram of an observable, the first by default: colours over x and the output times."""
-    target = ax if ax is not None else new_axes()[1][0]
-    known = list(solution.observables(0))
-    chosen = known[0] if name is None else validation.choice(name, "name", known)
+    target, chosen = ax if ax is not None else new_axes()[1][0], _chosen(solution, name)
+    if len(solution.grid.axes) > 1:
+        raise ValueError("a space-time diagram needs a grid with one axis, got one with two: take kind='map', or `animate`")
     if len(solution.t) < 3:
         raise ValueError("a space-time diagram needs more than the start and the end: give `times` to fv.solve")
     values = np.array([solution.observables(i)[chosen] for i in range(len(solution.t))])
@@ -110,20 +135,109 @@ def margin(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
     return _finish(target, solution, i, "hyperbolicity margin")
 
 
-def _finish(target: Axes, solution: Results, i: int, label: str) -> Axes:
-    target.set(xlabel="x, m", ylabel=label, title=f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}")
+def plot_map(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None) -> Axes:
+    """Plot a map of an observable at output ``i``, the first by default, with contours of the bottom; both axes to one scale."""
+    chosen, (x, y) = _chosen(solution, name), solution.grid.axes
+    height = min(max(AROUND + 5.0 * (y.upper - y.lower) / (x.upper - x.lower), LOWEST), HIGHEST)
+    target = ax if ax is not None else new_axes(height=height)[1][0]
+    mesh = target.pcolormesh(x.edges, y.edges, solution.observables(i)[chosen], cmap="viridis", rasterized=True)
+    if target.figure is not None:
+        target.figure.colorbar(mesh, ax=target, label=_label(solution, chosen))
+    bottom = solution.aux.get("b")
+    if bottom is not None and min(bottom.shape) > 1 and np.ptp(bottom) > 0.0:
+        target.contour(x.centers, y.centers, bottom, levels=8, colors="white", linewidths=0.7, alpha=0.8)
+    target.set(xlabel="x, m", ylabel="y, m", title=_title(solution, i), aspect="equal")
+    return target
+
+
+def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None,
+                 vector: str | None = None) -> Axes:
+    """Plot a map with arrows of a vector at some of the cells, the first of the model by default, such as the velocity v.
+
+    Arrows have one scale at all outputs. Cells without a velocity have none.
+
+    Raises
+    ------
+    ValueError
+        If the model has no observable that is a vector; use kind="map" then.
+    """
+    known = vectors(solution.model)
+    if not known:
+        raise ValueError(f"{type(solution.model).__name__} has no observable that is a vector: take kind='map'")
+    chosen = known[0] if vector is None else validation.choice(vector, "vector", known)
+    x, y = solution.grid.axes
+    spacing = max(x.upper - x.lower, y.upper - y.lower) / ARROWS
+    columns, rows = (slice(step // 2, None, step) for step in (max(1, round(spacing / axis.dx)) for axis in (x, y)))
+    sizes = np.array([solution.observables(k)[speed_name(chosen)] for k in range(len(solution.t))])
+    largest = float(sizes[np.isfinite(sizes)].max(initial=0.0)) or 1.0
+    target, seen = plot_map(solution, ax, i, name), solution.observables(i)
+    along, across = (np.where(sizes[i] > 0.0, seen[f"{chosen}_{axis}"], np.nan)[rows, columns] for axis in NAMES)
+    arrows = target.quiver(x.centers[columns], y.centers[rows], along, across, color="white", edgecolor="black", linewidth=0.4,
+                           units="xy", width=0.12 * spacing, angles="xy", scale_units="xy", scale=largest / (LONGEST * spacing))
+    shown, unit = float(f"{largest:.1g}"), quantities(solution.model, solution.grid)[speed_name(chosen)][0]
+    target.quiverkey(arrows, 0.5, 1.0 + ABOVE / target.bbox.height, shown, f"{chosen} = {shown:g} {unit}", labelpos="E",
+                     fontproperties={"size": "small"})
+    target.set_title(f"{_title(solution, i)}\n")  # the key stands in its second line
+    return target
+
+
+def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None, line: Any = None) -> Axes:
+    """Plot what lies along a line at output ``i``: the layers above the bottom, or an observable, averages of the cells that the
+    line meets.
+
+    Parameters
+    ----------
+    name : an observable; None for the layers, or for the first observable of a model without ``thicknesses``.
+    line : its ends ((x0, y0), (x1, y1)), m, within the grid; None for the middle of the grid, along x.
+    """
+    grid, target = solution.grid, ax if ax is not None else new_axes()[1][0]
+    x, y = grid.axes
+    middle = 0.5 * (y.lower + y.upper)
+    start, end = validation.array(((x.lower, middle), (x.upper, middle)) if line is None else line, "line", (2, 2))
+    if not (start != end).any():
+        raise ValueError(f"`line` must have two ends that differ, ((x0, y0), (x1, y1)), got {validation.shown(line)}")
+    count = max(1, ceil(np.max(np.abs(end - start) / (x.dx, y.dx)) - ROUNDING))
+    shares = (np.arange(count) + 0.5) / count
+    cells = grid.cells_at(start + shares[:, None] * (end - start), "`line`")
+    along = hypot(*(end - start)) * shares
+    seen = {key: values.reshape(-1)[cells] for key, values in solution.observables(i).items()}
+    parts = solution.model.thicknesses(seen) if name is None else {}
+    if parts:
+        bottom = solution.aux.get("b")
+        _layers(target, along, np.zeros(count) if bottom is None else bottom.reshape(-1)[cells], parts)
+    else:
+        target.plot(along, seen[_chosen(solution, name)], color=COLORS[0], label=_chosen(solution, name))
+    return _finish(target, solution, i, "height, m" if parts else _label(solution, _chosen(solution, name)),
+                   f"distance from ({start[0]:g}, {start[1]:g}) towards ({end[0]:g}, {end[1]:g}), m")
+
+
+def _title(solution: Results, i: int) -> str:
+    return f"{type(solution.model).__name__}, t = {solution.t[i]:.4g}"
+
+
+def _finish(target: Axes, solution: Results, i: int, label: str, along: str = "x, m") -> Axes:
+    target.set(xlabel=along, ylabel=label, title=_title(solution, i))
     target.grid(alpha=0.3)
     target.legend(fontsize="small")
     return target
 
 
-#: Plot functions of `Solution.plot`, by kind.
-KINDS: dict[str, Callable[[Results, Axes | None, int], Axes]] = {
-    "state": plot_state, "profile": profile, "speeds": speeds, "margin": margin}
+#: Plot functions of `Solution.plot`, by kind: those of a grid with one axis, and with two.
+KINDS: dict[str, Callable[..., Axes]] = {"state": plot_state, "profile": profile, "speeds": speeds, "margin": margin}
+MAPS: dict[str, Callable[..., Axes]] = {"map": plot_map, "vectors": plot_vectors, "cut": plot_cut}
 
 
-def animate(solution: Results, path: str | Path, kind: str = "state", fps: int = 12, ax: Axes | None = None) -> Path:
+def drawing(solution: Results, kind: str | None) -> Callable[..., Axes]:
+    """Return the plot function of a kind; None for the first that serves the grid, ValueError for one that does not."""
+    known = KINDS if len(solution.grid.axes) == 1 else MAPS
+    return known[next(iter(known)) if kind is None else validation.choice(kind, "kind", known)]
+
+
+def animate(solution: Results, path: str | Path, kind: str | None = None, fps: int = 12, ax: Axes | None = None,
+            **options: Any) -> Path:
     """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
+
+    All frames have the same limits of the y axis, or of the colours of a map. Kind and options are those of `Solution.plot`.
 
     Raises
     ------
@@ -132,9 +246,9 @@ def animate(solution: Results, path: str | Path, kind: str = "state", fps: int =
     """
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 
-    draw = KINDS[validation.choice(kind, "kind", KINDS)]
+    draw = partial(drawing(solution, kind), **options)
     rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
-    axes = ax if ax is not None else new_axes()[1][0]
+    axes = ax if ax is not None else draw(solution, None, 0)
     figure = None if axes.figure is None else axes.figure.figure  # the top-level figure, also for axes in a subfigure
     if figure is None:
         raise ValueError("`ax` must be in a figure")
@@ -144,9 +258,13 @@ def animate(solution: Results, path: str | Path, kind: str = "state", fps: int =
         whole = Path(folder) / target.name
         with writer.saving(figure, str(whole), dpi=100):
             for i in range(len(solution.t)):
-                axes.clear()
+                _clear(axes)
                 draw(solution, axes, i)
-                axes.set_ylim(*limits)
+                colours = _coloured(axes)
+                if colours is None:
+                    axes.set_ylim(*limits)
+                else:
+                    colours.set_clim(*limits)
                 writer.grab_frame()
         os.replace(whole, target)
     return target
@@ -164,7 +282,24 @@ def checked_film(path: str | Path) -> Path:
     return target
 
 
-def _limits(solution: Results, draw: Callable[[Results, Axes | None, int], Axes]) -> tuple[float, float]:
-    """Return limits of the y axis that contain every frame, (low, high)."""
-    seen = [draw(solution, None, i).get_ylim() for i in range(len(solution.t))]
+def _limits(solution: Results, draw: Callable[..., Axes]) -> tuple[float, float]:
+    """Return limits of the y axis, or of the colours of a map, that contain every frame, (low, high)."""
+    seen = []
+    for i in range(len(solution.t)):
+        axes = draw(solution, None, i)
+        colours = _coloured(axes)
+        seen.append(axes.get_ylim() if colours is None else colours.get_clim())
     return min(low for low, _ in seen), max(high for _, high in seen)
+
+
+def _coloured(axes: Axes) -> Any:
+    """Return what has a colour bar on axes, None without."""
+    return next((item for item in axes.collections if item.colorbar is not None), None)
+
+
+def _clear(axes: Axes) -> None:
+    """Clear axes, and take away their colour bar."""
+    colours = _coloured(axes)
+    if colours is not None:
+        colours.colorbar.remove()
+    axes.clear()

@@ -7,6 +7,7 @@ from fvkit import validation
 from fvkit.output.configuration import configuration_of
 from fvkit.output.npz import FORMAT, write_archive
 from fvkit.output.status import Results
+from fvkit.problem.grid import NAMES
 
 
 def save(solution: Results, path: str | Path) -> Path:
@@ -18,8 +19,10 @@ def save(solution: Results, path: str | Path) -> Path:
         return write(solution, target)
     if target.suffix != ".npz":
         raise ValueError(f"`path` must end in .npz or .nc, got {target.name!r}")
-    kept = configuration_of(solution)
+    kept, axes = configuration_of(solution), solution.grid.axes
     return write_archive(target, {
-        "format": FORMAT, "t": solution.t, "q": solution.q, "x": solution.grid.centers, "edges": solution.grid.edges,
+        "format": FORMAT, "t": solution.t, "q": solution.q,
+        **{name: axis.centers for name, axis in zip(NAMES, axes, strict=False)},
+        **{"edges" if len(axes) == 1 else f"edges_{name}": axis.edges for name, axis in zip(NAMES, axes, strict=False)},
         **{f"aux_{name}": values for name, values in solution.aux.items()},
         "status": kept["status"], "message": kept["message"], "configuration": json.dumps(kept, allow_nan=False)})

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit import validation
 from fvkit.output.status import Stats, Status
 from fvkit.problem.directions import directions, observables
 from fvkit.problem.grid import Grid
@@ -56,7 +55,7 @@ class Solution:
         return observables(self.model, self.grid, self.q[i], self.aux)
 
     def hyperbolicity_margin(self, i: int = -1) -> np.ndarray:
-        """Return the hyperbolicity margin at output ``i``, (num_cells,): negative where characteristic speeds are complex."""
+        """Return the hyperbolicity margin at output ``i``, grid.shape: negative where characteristic speeds are complex."""
         rows = [list(one.rows) for one in directions(self.model, self.grid)]
         found = [self.model.hyperbolicity_margin(self.q[i][row].reshape(len(row), -1)) for row in rows]
         return np.minimum.reduce(found).reshape(self.grid.shape)
@@ -86,7 +85,8 @@ class Solution:
         return save(self, path)
 
     def to_xarray(self) -> "Dataset":
-        """Return an ``xarray.Dataset``: components, observables and aux values with units over time and x.
+        """Return an ``xarray.Dataset``: components, observables and aux values with units over time and x; with two
+        axes over time, y and x.
 
         Variables have the model's names, made valid ("hs vs" becomes hs_vs, with the attribute original_name); the attribute
         configuration contains the configuration as JSON.
@@ -100,24 +100,40 @@ class Solution:
 
         return dataset(self)
 
-    def plot(self, ax: "Axes | None" = None, i: int = -1, kind: str = "state") -> "Axes":
-        """Plot the solution at output ``i`` and return the axes. Kinds are ``"state"`` (all observables), ``"profile"`` (layers
-        above the bottom), ``"speeds"``, ``"margin"``; see also `fvkit.output.plots.space_time`."""
-        from fvkit.output.plots import KINDS
+    def plot(self, ax: "Axes | None" = None, i: int = -1, kind: str | None = None, **options: Any) -> "Axes":
+        """Plot the solution at output ``i`` and return the axes.
 
-        return KINDS[validation.choice(kind, "kind", KINDS)](self, ax, i)
+        Parameters
+        ----------
+        ax : axes to draw on; None for new ones.
+        i : number of the output.
+        kind : ``"state"`` (all observables, the default), ``"profile"`` (layers above the bottom), ``"speeds"`` or ``"margin"``;
+            see also `fvkit.output.plots.space_time`. With two axes ``"map"`` (colours of an observable and contours of the
+            bottom, the default), ``"vectors"`` (a map with arrows of the velocity) or ``"cut"`` (the layers along a line).
+        options : of the kinds with two axes. ``name`` is the observable of all of them, the first by default, the layers for
+            ``"cut"``; ``vector`` that of the arrows, such as ``"vf"``; ``line`` the ends ((x0, y0), (x1, y1)) of the cut, m,
+            by default along x through the middle.
 
-    def animate(self, path: str | Path, kind: str = "state", fps: int = 12, ax: "Axes | None" = None) -> Path:
-        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4; see `fvkit.output.plots.animate`."""
+        Raises
+        ------
+        ValueError
+            For a kind that does not serve the grid or the model; the message has those that do.
+        """
+        from fvkit.output.plots import drawing
+
+        return drawing(self, kind)(self, ax, i, **options)
+
+    def animate(self, path: str | Path, kind: str | None = None, fps: int = 12, ax: "Axes | None" = None, **options: Any) -> Path:
+        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4; kind and options as for `plot`, see
+        `fvkit.output.plots.animate`."""
         from fvkit.output.plots import animate
 
-        return animate(self, path, kind, fps, ax)
+        return animate(self, path, kind, fps, ax, **options)
 
     def __repr__(self) -> str:
         grid, stats = self.grid, self.stats
-        cells = " x ".join(str(axis.num_cells) for axis in grid.axes)
         place = " x ".join(f"[{axis.lower:g}, {axis.upper:g}]" for axis in grid.axes)
-        return (f"<Solution of {self.model}, {cells} cells on {place} m, "
+        return (f"<Solution of {self.model}, {grid.described} cells on {place} m, "
                 f"{len(self.t)} outputs, t = {self.t[0]:g} .. {self.t[-1]:g} s: "
                 f"{self.status.name}, {stats.steps} steps ({stats.rejected} rejected), "
                 f"{stats.backend}, {stats.seconds:.3g} s>")
@@ -125,8 +141,7 @@ class Solution:
     def _repr_html_(self) -> str:
         """Return an HTML table for notebooks: status and statistics of the run."""
         stats = self.stats
-        cells = " x ".join(str(axis.num_cells) for axis in self.grid.axes)
-        rows = {"model": type(self.model).__name__, "cells": cells, "t": f"{self.t[-1]:.6g}",
+        rows = {"model": type(self.model).__name__, "cells": self.grid.described, "t": f"{self.t[-1]:.6g}",
                 "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,
                 "steps": f"{stats.steps} ({stats.rejected} rejected)", "stepping": f"{stats.seconds:.3g} s",
                 "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}

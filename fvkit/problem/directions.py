@@ -5,6 +5,7 @@ Along an axis every model sees its own one-dimensional system. On a grid with tw
 flux, in a sweep along y that along x: a permutation of rows, not of data.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,8 +93,8 @@ def observables(model: Model, grid: Grid, q: np.ndarray, aux: Any = None) -> dic
     """
     if len(grid.axes) == 1:
         return model.observables(q, aux)
-    first, second = (one.model.observables(q[list(one.rows)], aux) for one in directions(model, grid))
-    turning, result = _vectors(model, tuple(first)), {}
+    first, second = (_seen(one, q, aux) for one in directions(model, grid))
+    turning, result = vectors(model), {}
     for name, values in first.items():
         if name not in turning:
             result[name] = values
@@ -103,19 +104,40 @@ def observables(model: Model, grid: Grid, q: np.ndarray, aux: Any = None) -> dic
     return result
 
 
+def _seen(direction: Direction, q: np.ndarray, aux: Any) -> dict[str, np.ndarray]:
+    """Return the observables of a sweep along one axis; those that are rows of the state are views of ``q``, as on one axis."""
+    own = q[list(direction.rows)]
+    rows = list(zip(direction.rows, own, strict=True))
+    return {name: next((q[row] for row, copied in rows if np.shares_memory(values, copied)), values)
+            for name, values in direction.model.observables(own, aux).items()}
+
+
+def quantities(model: Model, grid: Grid) -> Mapping[str, tuple[str, str]]:
+    """Return unit and meaning of components, aux functions and observables on a grid, {name: (unit, meaning)}."""
+    if len(grid.axes) == 1:
+        return model.quantities
+    seen, result = vectors(model), dict(model.quantities)
+    for name in (*seen, *(model.conserved[row] for row in _split(model))):
+        unit, meaning = model.quantities.get(name, ("", name))
+        result |= {f"{name}_{axis}": (unit, f"{meaning} along {axis}") for axis in NAMES}
+        if name in seen:
+            result[speed_name(name)] = unit, f"size of the {meaning}"
+    return result
+
+
 def speed_name(name: str) -> str:
     """Return what the size of a vector is called: "speed" of v, "speed_s" of vs."""
     return "speed" + (f"_{name[1:]}" if len(name) > 1 else "")
 
 
-def _vectors(model: Model, names: tuple[str, ...]) -> set[str]:
+def vectors(model: Model) -> tuple[str, ...]:
     """Return the observables that are components of vectors: those that turn round with the momenta."""
     q, split = np.full((len(model.conserved), 1), 1.5), sorted(_split(model))
     aux = {name: np.zeros(1) for name in model.aux}
     turned = q.copy()
     turned[split] *= -1.0
     ahead, back = model.observables(q, aux), model.observables(turned, aux)
-    return {name for name in names if not np.array_equal(ahead[name], back[name])}
+    return tuple(name for name in ahead if not np.array_equal(ahead[name], back[name]))
 
 
 def in_plane(model: Model, along_x: Any, along_y: Any) -> np.ndarray:

@@ -21,21 +21,27 @@ from fvkit.problem.questions import aux_places
 def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str = "", **bounds: float) -> Any:
     """Declare a numeric field of a source that may vary over the grid, validated against the bounds of `fvkit.validation.real`.
 
-    It takes a number, cell averages (num_cells,), a function of x, or a function of (x, t). What a function returns is validated
-    when a `fvkit.Problem` averages it.
+    It takes a number, cell averages (num_cells,), a function of x, or a function of (x, t); on a grid with two axes averages
+    (ny, nx), or a function of (x, y) or (x, y, t). What a function returns is validated when a `fvkit.Problem` averages it.
     """
     def convert(value: Any, field: Any) -> Any:
         if _is_function(value):
             return value
         if validation.is_single(value):
             return validation.real(value, field.alias, hint=hint or "or cell averages, a function of x, or of (x, t)", **bounds)
-        averages = value if getattr(value, "ndim", 1) == 2 else validation.series(value, field.alias, "[0.4, 0.5]")
-        averages = validation.array(averages, field.alias)
+        averages = validation.array(value if _is_map(value) else validation.series(value, field.alias, "[0.4, 0.5]"), field.alias)
         for cell in (int(np.argmin(averages)), int(np.argmax(averages))):
             validation.real(averages.flat[cell], f"{field.alias}[{cell}]", hint=hint, **bounds)
         return tuple(map(tuple, averages.tolist())) if averages.ndim == 2 else tuple(averages.tolist())
 
     return attrs.field(default=default, alias=alias, converter=attrs.Converter(convert, takes_field=True), repr=validation.shown)
+
+
+def _is_map(value: Any) -> bool:
+    """Whether a value is meant as rows of cells, an array or nested lists, not empty."""
+    if hasattr(value, "ndim"):
+        return bool(value.ndim == 2 and value.size)
+    return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(row, (list, tuple)) and row for row in value)
 
 
 def _is_function(value: Any) -> bool:

@@ -131,6 +131,31 @@ class Grid:
         here = np.unravel_index(cell, self.shape)[::-1]
         return tuple(float(axis.centers[k]) for axis, k in zip(self.axes, here, strict=True))
 
+    def cells_at(self, places: Any, name: str) -> np.ndarray:
+        """Return the numbers of the cells that contain places, (k,), in arrays of cells; ValueError, with ``name``, outside.
+
+        Parameters
+        ----------
+        places : (k,) values of x, m; with two axes (k, 2) pairs (x, y).
+        name : what to call them in messages.
+        """
+        given = np.asarray(places, dtype=float)
+        if given.shape[1:] != (len(self.axes),)[:len(self.axes) - 1]:
+            wanted = "numbers x, for a grid with one axis" if len(self.axes) == 1 else "pairs (x, y), for a grid with two axes"
+            raise ValueError(f"{name} must be a list of {wanted}, got an array of shape {given.shape}")
+        found = []
+        for axis, values in zip(self.axes, given.reshape(len(given), -1).T, strict=True):
+            outside = values[(values < axis.lower) | (values > axis.upper)]
+            if len(outside):
+                raise ValueError(f"{name} must be within [{axis.lower:g}, {axis.upper:g}], got {outside[0]:g}")
+            found.append(np.clip(np.searchsorted(axis.edges, values, side="right") - 1, 0, axis.num_cells - 1))
+        return np.ravel_multi_index(tuple(found[::-1]), self.shape)
+
+    @property
+    def described(self) -> str:
+        """How many cells it has, in words, such as "100 x 40"."""
+        return " x ".join(str(axis.num_cells) for axis in self.axes)
+
     def located(self, cell: int) -> str:
         """Return the place of a cell in words, such as "x = 2.5, y = 1"."""
         return ", ".join(f"{name} = {value:g}" for name, value in zip(NAMES, self.place(cell), strict=False))

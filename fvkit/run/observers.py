@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit import validation
+from fvkit.problem.directions import observables
 from fvkit.problem.problem import Problem
 from fvkit.run.step_length import intervals
 from fvkit.run.stepper import Stepper
@@ -18,8 +19,8 @@ class Observer(ABC):
     """Abstract observer, called after every accepted step of a run. Contract:
 
     1. ``begin(problem)`` is called when a run starts; it clears the record.
-    2. ``see(problem, t, q)`` is called with the initial time and state q (num_eqn, n), then after each accepted step; q is a
-       view that the next step overwrites.
+    2. ``see(problem, t, q)`` is called with the initial time and state q (num_eqn, *grid.shape), then after each accepted step;
+       q is a view that the next step overwrites.
     3. ``record()`` returns the record so far, {name: array}. ``recall(problem, record)`` restores such a record, after
        ``begin``, or raises ValueError. Checkpoints contain the record, so an observer of the same class and fields continues
        its record in a run continued by `fvkit.resume`. Without ``record`` it starts at the checkpoint, and `fvkit.resume` warns.
@@ -62,7 +63,7 @@ class Observer(ABC):
 
     @abstractmethod
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        """Record the state q (num_eqn, n) at time ``t``."""
+        """Record the state q (num_eqn, *grid.shape) at time ``t``."""
 
     def record(self) -> dict[str, np.ndarray] | None:
         """Return the record, {name: array of floats}; None if checkpoints store no record."""
@@ -100,13 +101,19 @@ class _Series:
         return {name: self[name] for name in self._values}
 
 
+def _positions(value: Any) -> np.ndarray:
+    """Return positions x, (k,), or pairs (x, y), (k, 2)."""
+    found = np.array(validation.row(value, "x"))
+    return found.reshape(-1, 2) if np.ndim(value) == 2 and np.shape(value)[1] == 2 else found
+
+
 @attrs.define(eq=False)
 class Gauge(Observer):
     """Gauge: time series of all observables at given positions, as averages of the cells that contain them.
 
     Parameters
     ----------
-    x : one or several positions, m, within the grid.
+    x : one or several positions, m, within the grid; with two axes a list of pairs (x, y).
     dt : time between two entries, s: an entry is the first step at or after each multiple of ``dt`` from the start (to a
         millionth of ``dt``); steps are not shortened for it. None records every accepted step.
 
@@ -120,21 +127,17 @@ class Gauge(Observer):
     Raises
     ------
     ValueError
-        When the run starts, for a position outside the grid.
+        When the run starts, for a position outside the grid, or numbers x on a grid with two axes.
     """
 
-    x: np.ndarray = attrs.field(converter=lambda value: np.array(validation.row(value, "x")))
+    x: np.ndarray = attrs.field(converter=lambda value: _positions(value))
     dt: float | None = validation.optional_number(above=0.0)
     _series: _Series = attrs.field(factory=_Series, init=False, repr=False)
     _cells: Any = attrs.field(default=None, init=False, repr=False)
     _next: int = attrs.field(default=0, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
-        grid = problem.grid
-        outside = self.x[(self.x < grid.lower) | (self.x > grid.upper)]
-        if len(outside):
-            raise ValueError(f"`x` of a Gauge must be within [{grid.lower:g}, {grid.upper:g}], got {outside[0]:g}")
-        self._cells = np.clip(np.searchsorted(grid.edges, self.x, side="right") - 1, 0, grid.num_cells - 1)
+        self._cells = problem.grid.cells_at(self.x, "`x` of a Gauge")
         self._series, self._next = _Series(), 0
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
@@ -143,8 +146,8 @@ class Gauge(Observer):
             if passed < self._next:
                 return
             self._next = passed + 1
-        aux = {name: values[self._cells] for name, values in problem.aux_averages.items()}
-        self._series.add({"": t, **problem.model.observables(q[:, self._cells], aux)})
+        aux = {name: values.reshape(-1)[self._cells] for name, values in problem.aux_averages.items()}
+        self._series.add({"": t, **observables(problem.model, problem.grid, q.reshape(len(q), -1)[:, self._cells], aux)})
 
     def record(self) -> dict[str, np.ndarray]:
         return self._series.arrays()
@@ -179,9 +182,9 @@ class Extremes(Observer):
     Attributes
     ----------
     largest, smallest : dict
-        {observable: (num_cells,)}.
+        {observable: grid.shape}: (num_cells,), with two axes maps (ny, nx).
     when : dict
-        {observable: (num_cells,)}, time at which the largest value was first reached, s.
+        {observable: grid.shape}, time at which the largest value was first reached, s.
     """
 
     largest: dict[str, np.ndarray] = attrs.field(factory=dict, init=False, repr=False)
@@ -192,10 +195,10 @@ class Extremes(Observer):
         self.largest, self.smallest, self.when = {}, {}, {}
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        for name, values in problem.model.observables(q, problem.aux_averages).items():
+        for name, values in observables(problem.model, problem.grid, q, problem.aux_averages).items():
             if name not in self.largest:
                 self.largest[name], self.smallest[name] = np.array(values), np.array(values)
-                self.when[name] = np.full(len(values), t)
+                self.when[name] = np.full(values.shape, t)
                 continue
             self.when[name][values > self.largest[name]] = t
             np.maximum(self.largest[name], values, out=self.largest[name])
@@ -207,10 +210,10 @@ class Extremes(Observer):
     def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
         for key, values in record.items():
             which, name = key.split(" ", 1)
-            if which not in _MAPS or values.shape != (problem.grid.num_cells,):
-                raise ValueError(f"Extremes have maps of {problem.grid.num_cells} cells, {', '.join(_MAPS)}, got {key!r}")
+            if which not in _MAPS or values.shape != problem.grid.shape:
+                raise ValueError(f"Extremes have maps of {problem.grid.described} cells, {', '.join(_MAPS)}, got {key!r}")
             getattr(self, which)[name] = values
 
     def magnitude(self, name: str) -> np.ndarray:
-        """Return the largest absolute value of an observable in each cell, (num_cells,), such as the largest speed."""
+        """Return the largest absolute value of an observable in each cell, grid.shape, such as the largest speed."""
         return np.maximum(np.abs(self.largest[name]), np.abs(self.smallest[name]))

@@ -21,7 +21,7 @@ class Snapshots(ABC):
 
     @abstractmethod
     def add(self, t: float, q: np.ndarray) -> None:
-        """Append the state q (num_eqn, n) at time ``t``."""
+        """Append the state q (num_eqn, *grid.shape) at time ``t``."""
 
     @property
     @abstractmethod
@@ -31,7 +31,7 @@ class Snapshots(ABC):
     @property
     @abstractmethod
     def q(self) -> np.ndarray:
-        """States, (k, num_eqn, n)."""
+        """States, (k, num_eqn, *grid.shape)."""
 
     @abstractmethod
     def finish(self, kept: Mapping[str, Any]) -> None:

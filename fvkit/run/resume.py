@@ -63,8 +63,8 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     archive = Archive(path)
     expect_format(archive, CHECKPOINT)
     kept, plan = parsed(archive.text("configuration"), archive.path), parsed(archive.text("plan"), archive.path)
-    q = archive.numbers("q", (None, None, None))
-    if not len(q):
+    q = archive.numbers("q", None)
+    if not q.size:
         raise archive.refused("it holds no state")
     own = scheme is None and problem is None
     scheme = _part(archive, kept, "scheme", Scheme, "scheme") if scheme is None else scheme
@@ -129,7 +129,7 @@ def _problem(archive: Archive, kept: Mapping[str, Any], q0: np.ndarray, scheme: 
     model, grid = model_and_grid(kept, archive.path)
     boundary, sources = (_part(archive, kept, name, tuple, "problem") for name in ("boundary", "sources"))
     background = archive.numbers("background", q0.shape) if kept.get("background") else None
-    aux = {name: archive.numbers(f"aux_{name}", (grid.num_cells,)) for name in model.aux}
+    aux = {name: archive.numbers(f"aux_{name}", grid.shape) for name in model.aux}
     try:
         return Problem(model, grid, q0, kept["t_end"], aux, boundary, sources, kept["t_start"], background)
     except KeyError as error:

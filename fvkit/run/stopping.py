@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 
 from fvkit.pointwise.part import Part
+from fvkit.problem.directions import observables, quantities
 from fvkit.problem.problem import Problem
 from fvkit.validation import integer, number
 
@@ -18,7 +19,7 @@ VELOCITY = "m s-1"
 class Stop(Part, ABC):
     """Abstract stop rule. Contract:
 
-    1. ``reached(problem, t, q)`` returns whether the run ends at time t with the cell averages q (num_eqn, num_cells).
+    1. ``reached(problem, t, q)`` returns whether the run ends at time t with the cell averages q (num_eqn, *grid.shape).
     2. ``reached`` is called after every ``every`` accepted steps, so that results do not depend on the speed of the machine.
     3. ``check(problem)`` raises ValueError if the rule cannot be applied to a problem.
     """
@@ -37,7 +38,7 @@ class Stop(Part, ABC):
 class StopAtRest(Stop):
     """Stop rule for a flow at rest: every velocity is below ``speed`` wherever the flow is deeper than ``depth``.
 
-    The velocities are the observables whose unit in ``Model.quantities`` is m s-1.
+    The velocities are the observables whose unit in ``Model.quantities`` is m s-1; with two axes the size of each vector counts.
 
     Parameters
     ----------
@@ -53,19 +54,19 @@ class StopAtRest(Stop):
     after: float = number(0.0)
 
     def check(self, problem: Problem) -> None:
-        first_cell = {name: row[:1] for name, row in problem.aux_averages.items()}
-        if not self._velocities(problem, problem.model.observables(problem.q0[:, :1], first_cell)):
+        if not self._velocities(problem, observables(problem.model, problem.grid, problem.q0, problem.aux_averages)):
             raise ValueError(f"StopAtRest needs velocities: {type(problem.model).__name__} names no observable with the unit "
                              f"{VELOCITY!r} in `quantities`")
 
     def reached(self, problem: Problem, t: float, q: np.ndarray) -> bool:
         if t < self.after:
             return False
-        seen = problem.model.observables(q, problem.aux_averages)
+        seen = observables(problem.model, problem.grid, q, problem.aux_averages)
         layers = problem.model.thicknesses(seen)
-        counts = sum(layers.values()) > self.depth if layers else np.ones(q.shape[1], dtype=bool)
+        counts = sum(layers.values()) > self.depth if layers else np.ones(q.shape[1:], dtype=bool)
         return all(np.abs(seen[name][counts]).max(initial=0.0) < self.speed for name in self._velocities(problem, seen))
 
     @staticmethod
     def _velocities(problem: Problem, seen: Mapping[str, np.ndarray]) -> list[str]:
-        return [name for name in seen if problem.model.quantities.get(name, ("",))[0] == VELOCITY]
+        known = quantities(problem.model, problem.grid)
+        return [name for name in seen if known.get(name, ("",))[0] == VELOCITY]

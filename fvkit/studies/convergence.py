@@ -9,6 +9,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.output.solution import Solution
 from fvkit.problem.cell_averages import cell_averages
+from fvkit.problem.directions import component_names
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
 from fvkit.problem.problem import Problem
@@ -19,11 +20,11 @@ from fvkit.schemes.scheme import Scheme
 from fvkit.studies.orders import Convergence
 from fvkit.studies.scheme_names import describe
 
-#: {name: norm of differences (num_eqn, n) of cell averages, per component}.
+#: {name: norm of differences (num_eqn, number of cells) of averages over cells of that volume, per component}.
 NORMS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
-    "l1": lambda difference, dx: dx * np.abs(difference).sum(axis=1),
-    "l2": lambda difference, dx: np.sqrt(dx * (difference**2).sum(axis=1)),
-    "max": lambda difference, dx: np.abs(difference).max(axis=1),
+    "l1": lambda difference, volume: volume * np.abs(difference).sum(axis=1),
+    "l2": lambda difference, volume: np.sqrt(volume * (difference**2).sum(axis=1)),
+    "max": lambda difference, volume: np.abs(difference).max(axis=1),
 }
 
 
@@ -38,11 +39,13 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
 
     Parameters
     ----------
-    problem_of : number of cells -> `fvkit.Problem`; for a scene ``partial(scene.problem, gr.TwoPhase)``.
+    problem_of : number of cells -> `fvkit.Problem`; for a scene ``partial(scene.problem, gr.TwoPhase)``. With two axes it is the
+        number along x; those along y should grow alike.
     scheme : the scheme; None for the default of `fvkit.solve`.
     cells : numbers of cells, ascending.
     reference : function (x, t) -> conserved values (num_eqn, m) at x (m,), averaged over the cells by quadrature; or an
-        object with ``averages(model, grid, t)`` -> (num_eqn, n), such as the reference of a scene. None for self-convergence:
+        object with ``averages(model, grid, t)`` -> (num_eqn, n), such as the reference of a scene. With two axes a function
+        (x, y, t) -> (num_eqn, my, mx) at x and y (my, mx), or averages (num_eqn, ny, nx). None for self-convergence:
         E is then the difference to the next finer grid, averaged onto the coarse one. It measures the order but does not
         verify the limit; ``cells`` must grow by a constant integer factor.
     expect : required order, between the last two errors summed over the components.
@@ -90,15 +93,16 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
 
     def found() -> Convergence:
         if exact is None:
-            errors = [measure(coarse.q[-1] - _onto(fine.q[-1], coarse.grid.num_cells), coarse.grid.dx)
-                      for coarse, fine in pairwise(solutions)]
+            others = [_onto(fine.q[-1], coarse.grid) for coarse, fine in pairwise(solutions)]
         else:
-            errors = [measure(solution.q[-1] - exact(solution.model, solution.grid, float(solution.t[-1])), solution.grid.dx)
-                      for solution in solutions]
+            others = [exact(solution.model, solution.grid, float(solution.t[-1])) for solution in solutions]
+        errors = [measure((solution.q[-1] - other).reshape(len(other), -1), solution.grid.cell_volume)
+                  for solution, other in zip(solutions, others, strict=False)]
         chosen = default_scheme(problem_of(counts[0])) if scheme is None else scheme
         kind = "self-converged" if exact is None else getattr(reference, "kind", "exact")
-        return Convergence(describe(chosen), type(solutions[0].model).__name__, kind, norm, solutions[0].model.conserved,
-                           counts[:len(solutions)], np.array(errors), tuple(solution.stats.seconds for solution in solutions))
+        return Convergence(describe(chosen), type(solutions[0].model).__name__, kind, norm,
+                           component_names(solutions[0].model, solutions[0].grid), counts[:len(solutions)], np.array(errors),
+                           tuple(solution.stats.seconds for solution in solutions))
 
     with keeping(lambda: found() if len(solutions) >= _least(exact is None) else None):
         for count in counts:
@@ -125,25 +129,32 @@ def _counts(cells: Sequence[int], alone: bool) -> tuple[int, ...]:
 
 
 def _averaging(reference: Any) -> Callable[[Model, Grid, float], np.ndarray]:
-    """Return the reference as a function (model, grid, t) -> cell averages (num_eqn, n)."""
+    """Return the reference as a function (model, grid, t) -> cell averages (num_eqn, *grid.shape)."""
     if hasattr(reference, "averages"):
         return reference.averages
     if not callable(reference):
         raise TypeError("`reference` must be a function (x, t) -> (num_eqn, m), an object with `averages(model, grid, t)`, or "
                         f"None; got {validation.shown(reference)}")
-    return lambda model, grid, t: cell_averages(lambda x: reference(x, t), grid, len(model.conserved), "reference")
+    return lambda model, grid, t: cell_averages(lambda *places: reference(*places, t), grid, len(component_names(model, grid)),
+                                                "reference")
 
 
 def _run(problem_of: Callable[[int], Problem], scheme: Scheme | None, count: int, backend: str,
          progress: Callable[[str], None] | None) -> Solution:
     problem = validation.instance(problem_of(count), "problem_of(n)", Problem, "a function of the number of cells")
-    if problem.grid.num_cells != count:
-        raise ValueError(f"`problem_of({count})` must have {count} cells, got {problem.grid.num_cells}")
+    found = problem.grid.axes[0].num_cells
+    if found != count:
+        raise ValueError(f"`problem_of({count})` must have {count} cells{' along x' * (len(problem.grid.axes) > 1)}, got {found}")
     if progress is not None:
         progress(f"convergence: N = {count}")
     return solve(problem, scheme, backend=backend, nonhyperbolic="ignore")
 
 
-def _onto(q: np.ndarray, cells: int) -> np.ndarray:
-    """Return averages over ``cells`` coarse cells, (num_eqn, cells), of averages on a refined grid."""
-    return q.reshape(len(q), cells, -1).mean(axis=2)
+def _onto(q: np.ndarray, grid: Grid) -> np.ndarray:
+    """Return averages over the cells of a coarse grid, (num_eqn, *grid.shape), of averages on a refined grid."""
+    for axis, count in enumerate(grid.shape, start=1):
+        if q.shape[axis] % count:
+            raise ValueError(f"`cells` must grow by a whole factor along every axis without a reference, got {count} cells "
+                             f"and then {q.shape[axis]}")
+        q = q.reshape(*q.shape[:axis], count, -1, *q.shape[axis + 1:]).mean(axis=axis + 1)
+    return q

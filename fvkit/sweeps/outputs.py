@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.output.solution import Solution
+from fvkit.problem.grid import NAMES
 
 #: Share of its largest value at the start above which an observable counts as arrived.
 ARRIVED = 1e-3
@@ -15,6 +16,8 @@ ARRIVED = 1e-3
 
 def _front(solution: Solution, name: str, values: np.ndarray) -> float:
     """Right edge of the last cell where the observable exceeds `ARRIVED` of its first maximum; NaN where there is none."""
+    if len(solution.grid.axes) > 1:
+        raise ValueError(f"front.{name} needs a grid with one axis, got one with two: keep {name}, max.{name} or mean.{name}")
     there = np.flatnonzero(np.abs(values) > ARRIVED * np.abs(solution.observables(0)[name]).max())
     return float(solution.grid.edges[there[-1] + 1]) if there.size else np.nan
 
@@ -51,9 +54,10 @@ class Keep:
 
     Parameters
     ----------
-    names : ``"h"`` or any other observable: its cell values, with the cell centres as ``x``; ``"max.h"``, ``"min.h"``,
+    names : ``"h"`` or any other observable: its cell values, with the cell centres as ``x``, on a grid with two
+        axes (ny, nx) values with ``x`` and ``y``; ``"max.h"``, ``"min.h"``,
         ``"mean.h"`` over the cells; ``"front.h"``: the right edge of the last cell where abs(h) exceeds 1/1000 of its
-        maximum at the start; ``"steps"`` and other statistics. Empty: every observable.
+        maximum at the start, one axis alone; ``"steps"`` and other statistics. Empty: every observable.
 
     Raises
     ------
@@ -82,5 +86,5 @@ class Keep:
             if reduction:
                 result[name] = REDUCTIONS[reduction](solution, observable, values)
             else:
-                result |= {name: values, "x": solution.grid.centers}
+                result |= {name: values, **{axis: one.centers for axis, one in zip(NAMES, solution.grid.axes, strict=False)}}
         return result

@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit.files import csv_text, write_whole
+from fvkit.problem.grid import NAMES
 from fvkit.sweeps.member import FINISHED, Outcome
 from fvkit.sweeps.samples import Samples
 
@@ -70,7 +71,7 @@ class SweepResult:
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset: a dimension per parameter for grids, else one dimension ``member``.
 
-        Cell values have the dimension ``x`` where all members share the cells.
+        Cell values have the dimension ``x``, on grids with two axes ``y`` and ``x``, where all members share the cells.
 
         Raises
         ------
@@ -93,25 +94,35 @@ class SweepResult:
         coordinates: dict[str, Any] = axes or {"member": np.arange(len(self.samples))} | {
             name: ("member", column) for name, column in self.samples.values.items()}
         cells = self._cells()
-        if cells is not None:
-            coordinates["x"] = cells
-            del outputs["x"]
+        coordinates |= cells
+        for name in cells:
+            del outputs[name]
         columns = outputs | {"status": self.status, "message": self.message, "seconds": self.seconds}
         data = {}
         for name, values in columns.items():
-            rest = ["x" if cells is not None and count == len(cells) else f"{name}_{axis}"
-                    for axis, count in enumerate(values.shape[1:])]
+            lengths, rest = values.shape[1:], list(cells)
+            if lengths != tuple(map(len, cells.values())):
+                rest = [next((given for given in cells if count == len(cells[given])), f"{name}_{axis}")
+                        for axis, count in enumerate(lengths)]
             if len(set(rest)) < len(rest):
                 rest = [f"{name}_{axis}" for axis in range(len(rest))]
             data[name] = ((*first, *rest), values.reshape(*shape, *values.shape[1:]))
         return xarray.Dataset(data, coordinates, {"elapsed": self.elapsed})
 
-    def _cells(self) -> np.ndarray | None:
-        """The cell centres, if all finished members have the same."""
-        x = self.outputs.get("x")
-        if x is None or x.ndim != 2 or x.dtype == object or not self.finished.any() or "x" in self.samples.values:
+    def _cells(self) -> dict[str, np.ndarray]:
+        """The cell centres along the axes, the last first, if all finished members have the same; y where outputs are maps."""
+        x, y = (self._shared(name) for name in NAMES)
+        if x is None:
+            return {}
+        maps = y is not None and any(values.shape[1:] == (len(y), len(x)) for values in self.outputs.values())
+        return {"y": y, "x": x} if y is not None and maps else {"x": x}
+
+    def _shared(self, name: str) -> np.ndarray | None:
+        """An output that is a row of numbers, the same in all finished members; else None."""
+        rows = self.outputs.get(name)
+        if rows is None or rows.ndim != 2 or rows.dtype == object or not self.finished.any() or name in self.samples.values:
             return None
-        done = x[self.finished]
+        done = rows[self.finished]
         return done[0] if np.array_equal(done, np.broadcast_to(done[0], done.shape)) else None
 
     def to_csv(self) -> str:

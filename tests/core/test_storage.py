@@ -316,7 +316,7 @@ def test_the_dataset_has_names_units_and_coordinates(solution):
 @pytest.mark.parametrize("model", [gr.TwoPhase, gr.Reduced, gr.ShallowWater, gr.PitmanLe, gr.TwoLayer])
 def test_every_variable_of_the_granular_models_has_a_unit(model):
     kept = solve(avalanche(model), times=[0.01])
-    assert all("units" in field.attributes for field in netcdf.fields(kept.model, kept.q[0], kept.aux))
+    assert all("units" in field.attributes for field in netcdf.fields(kept.model, kept.grid, kept.q[0], kept.aux))
 
 
 def test_the_file_opens_without_fvkit(solution, tmp_path):
@@ -345,7 +345,7 @@ def test_names_that_collide_stay_apart():
         def observables(self, q, aux=None):
             return {"u v": 2.0 * q[0]}
 
-    names = [field.name for field in netcdf.fields(Odd(), np.ones((5, 3)), {})]
+    names = [field.name for field in netcdf.fields(Odd(), fv.Grid(0.0, 1.0, 3), np.ones((5, 3)), {})]
     assert names == ["u_v", "u_v_2", "time_2", "q_2nd", "u", "u_v_3"]
 
 

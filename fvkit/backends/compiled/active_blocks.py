@@ -5,6 +5,8 @@ changes nothing further than one cell from what is wet, and a block beside no we
 what has drained leaves films.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.ndimage import binary_dilation
 
@@ -79,7 +81,7 @@ class ActiveBlocks:
             for start, stop in zip(SIDE * edges[::2], np.minimum(SIDE * edges[1::2], cells), strict=True):
                 pieces = -(-(stop - start) // longest)
                 cuts = start + (stop - start) * np.arange(pieces + 1) // pieces
-                for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+                for low, high in pairwise(cuts.tolist()):
                     result.append(np.column_stack([first + self.halo, np.minimum(lanes, lines - first),
                                                    np.full(len(first), low), np.full(len(first), high - low)]))
         return np.concatenate(result).astype(np.int64) if result else np.zeros((0, 4), dtype=np.int64)

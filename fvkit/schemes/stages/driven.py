@@ -108,8 +108,8 @@ def with_across(model, before, after, bearing, around, dt):
 
 
 def pulling_stages(face):
-    """Return the stages of the velocity of each phase of a cell along an axis, of what pushes it there, per length, and of the mass
-    that bears the push.
+    """Return the stages of the velocity of each phase of a cell along an axis, of what pushes it there, per length, and of the
+    mass that bears the push.
 
     Sweeps along the other axis look at them, see `surroundings`.
     """
