@@ -51,7 +51,7 @@ def stepping(problem, riemann, steps, threads=1) -> Callable[[], float]:
 
 def alternated(runs: dict[str, Callable[[], float]], blocks: int) -> dict[str, float]:
     """The least of several blocks of each, taken in turns."""
-    found = {name: np.inf for name in runs}
+    found = dict.fromkeys(runs, np.inf)
     for _ in range(blocks):
         for name, block in runs.items():
             found[name] = min(found[name], block())
