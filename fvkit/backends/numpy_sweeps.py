@@ -33,11 +33,12 @@ class NumpySweep(Sweep):
         return {"q": tuple(state[row] for row in self.rows), "aux": tuple(self.lines(aux)[:, :, lanes]),
                 "across": tuple(state[row] for row in self.direction.across)}
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
         n, halo, runner, masses = self.axis.num_cells, self.halo, self._runner, self.model.mass_rows()
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:
             target[row] = source[row]
+        squeezed = self.lines(other[-1:])[0, halo:halo + n]
         given, flux = self.fluxes(), np.zeros((2, max(len(masses), 1)))
         speeds, lost, first = [], Lost(), -1
         for lanes in self._chunks:
@@ -45,8 +46,10 @@ class NumpySweep(Sweep):
                 self._impose(given, fields, here)
 
             fields = runner.run(self._fields(q, aux, lanes), n, dt / self.axis.dx, set_ends)
-            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=True):
+            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
                 target[row, :, lanes] = item
+            if self.direction.across:
+                squeezed[:, lanes] = fields[MOVED][-1]
             speeds.append(np.maximum.reduce(fields[SPEED], None))
             if masses and not self.periodic:
                 low = runner.lows[MASS_FLUX]

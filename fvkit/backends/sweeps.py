@@ -142,8 +142,11 @@ class Sweep(ABC):
         return found
 
     @abstractmethod
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
-        """Write the state after a sweep into the cells of ``out``; in the ``last`` of a step a settled one, see `settles`."""
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
+        """Write the state after a sweep into the cells of ``out``; in the ``last`` of a step a settled one, see `settles`.
+
+        What its faces squeeze stands in the last row of ``other``, the given rows of the other axis.
+        """
 
     @abstractmethod
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
@@ -177,12 +180,13 @@ class PlaneKernel(StepwiseKernel):
         pulls = 3 * self.parts.across if self.joint else 0
         ny, nx = problem.grid.shape
         shape = (ny + 2 * self.halo, nx + 2 * self.halo)
-        first = np.zeros((own + more + pulls, *shape))
+        squeeze = int(self.parts.across > 0)
+        first = np.zeros((own + more + pulls + squeeze, *shape))
         for row, values in zip(first, aux_rows(model, problem.aux_averages), strict=False):
             self.inside(row[None])[0] = values
         for sweep in self.sweeps:
             sweep.fill_given(first, slice(0, own), of_the_model=True)
-        self.given = [first, first.copy() if pulls else first]
+        self.given = [first, first.copy() if squeeze else first]
         if problem.fields:
             self.set_fields(problem.t_start)
 
@@ -235,11 +239,16 @@ class PlaneKernel(StepwiseKernel):
         self._look_round(start)
         if self.joint:
             self._look_across(start, middle)
-        one = first.run(start, between, self.given[first.number], dt, False)
+        if self.parts.across:
+            self.given[first.number][-1] = 0.0
+        one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
         second.fill(between, middle)
+        if self.parts.across:
+            squeezed = self.given[second.number]
+            second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
         self._look_round(between, second)
         later = self.parts.beside[::-1] if splitting.after > 0.0 else ()
-        other = second.run(between, march.next, self.given[second.number], dt, not later)
+        other = second.run(between, march.next, self.given[second.number], dt, not later, self.given[first.number])
         for source in later:
             self._act(source, march.next, splitting.after * dt, brought)
         if second.settles and not later:
@@ -264,7 +273,7 @@ class PlaneKernel(StepwiseKernel):
         """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it."""
         for sweep, other in zip(self.sweeps, self.sweeps[::-1], strict=True):
             given = self.given[other.number]
-            target = given[len(given) - 3 * self.parts.across:]
+            target = given[len(given) - 1 - 3 * self.parts.across:len(given) - 1]
             sweep.fill(q, t)
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)

@@ -48,11 +48,12 @@ class NumbaSweep(Sweep):
             self._version = self.blocks.version
         return self._jobs
 
-    def _call(self, function: Any, q: np.ndarray, out: np.ndarray, aux: np.ndarray, last: bool, ratio: float) -> list[Any]:
+    def _call(self, function: Any, q: np.ndarray, out: np.ndarray, aux: np.ndarray, other: np.ndarray, last: bool,
+              ratio: float) -> list[Any]:
         """Run the jobs, each thread its share of them."""
         def share(jobs: np.ndarray, scratch: tuple[np.ndarray, ...]) -> Any:
             buffer, speeds, through, found = scratch
-            return function(jobs, q, out, aux, self.axis.num_cells, int(last), ratio, self._parameters, self._gates, self._gated,
+            return function(jobs, q, out, aux, other, self.axis.num_cells, int(last), ratio, self._parameters, self._gates, self._gated,
                             buffer, speeds, through, found)
 
         count, every = len(self._scratch), self.jobs()
@@ -62,7 +63,7 @@ class NumbaSweep(Sweep):
             return [share(shares[0], self._scratch[0])]
         return [one.result() for one in [self._pool.submit(share, *pair) for pair in zip(shares, self._scratch, strict=True)]]
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
         self._gated[:], self._gates[:] = 0, 0.0
         for side, lanes, through in self.fluxes():
             self._gated[side, lanes] = 1
@@ -70,7 +71,7 @@ class NumbaSweep(Sweep):
             self.blocks.touch(self.number, side, self._gates[side].any(axis=0))
         for row in self.direction.still:
             out[row] = q[row]
-        reports = self._call(self._module.sweep, q, out, aux, last, dt / self.axis.dx)
+        reports = self._call(self._module.sweep, q, out, aux, other, last, dt / self.axis.dx)
         flux = np.zeros((2, max(1, len(self.model.mass_rows())))) if self.periodic or not self.model.mass_rows() else \
             self._gates.sum(axis=2)
         found = [scratch[3] for scratch in self._scratch]
@@ -80,7 +81,7 @@ class NumbaSweep(Sweep):
         return Report(float(np.max(speeds)), flux, lost, min(firsts, default=-1), any(bad for _, bad in reports))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
-        self._call(self._module.pull, q, out, aux, False, 0.0)
+        self._call(self._module.pull, q, out, aux, aux, False, 0.0)
 
 
 class NumbaPlaneKernel(PlaneKernel):

@@ -27,7 +27,7 @@ class Seen(NamedTuple):
 class SweepGenerator(Generator):
     """Builds the text of the tiles of one sweep."""
 
-    arguments = "q, out, aux, line, w, n, c0, nt, closing, last, ratio, par, gates, gated, buf, smx, through, found"
+    arguments = "q, out, aux, other, line, w, n, c0, nt, closing, last, ratio, par, gates, gated, buf, smx, through, found"
 
     def __init__(self, direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool],
                  prefix: str = "") -> None:
@@ -67,16 +67,16 @@ class SweepGenerator(Generator):
                 self.emit(f"for j in range(w, {LANES}):", 3)
                 self.emit("dst[j] = src[w - 1]", 4)
 
-    def copy_out(self, row: Row, place: int) -> None:
-        """Copy a row into the cells of a component of ``out``."""
+    def copy_out(self, row: Row, place: int, target: str = "out") -> None:
+        """Copy a row into the cells of a component of ``out`` or another array."""
         halo = self.plan.halo
         if self.pitch == 1:
-            self.emit(f"dst = out[{place}, line, c0 + {halo}:c0 + {halo} + nt]")
+            self.emit(f"dst = {target}[{place}, line, c0 + {halo}:c0 + {halo} + nt]")
             self.emit("for j in range(nt):")
             self.emit(f"dst[j] = {row.at(0)}", 2)
             return
         self.emit("for i in range(nt):")
-        self.emit(f"dst = out[{place}, c0 + {halo} + i, line:line + w]", 2)
+        self.emit(f"dst = {target}[{place}, c0 + {halo} + i, line:line + w]", 2)
         self.emit("for j in range(w):", 2)
         self.emit(f"dst[j] = buf[{row.start} + i * {LANES} + j]", 3)
 
@@ -114,15 +114,19 @@ class SweepGenerator(Generator):
             self.emit("return bad")
             return
         new = own[MOVED]
-        rows = [self.new_row(0) for _ in new]
+        count = len(self.direction.rows) + len(self.direction.across)
+        squeezes, new = new[count:], new[:count]
+        rows = [self.new_row(0) for _ in (*new, *squeezes)]
         self.emit("if last != 0:")
         settled = self.settled(new)
         judged = [("bad = bad | (1 - {})", self.judged(settled))]
-        self.loop(self.span(), list(zip(rows, settled, strict=True)), 0, judged, depth=2)
+        self.loop(self.span(), list(zip(rows, (*settled, *squeezes), strict=True)), 0, judged, depth=2)
         self.emit("else:")
-        self.loop(self.span(), list(zip(rows, new, strict=True)), 0, [], depth=2)
-        for row, place in zip(rows, (*self.direction.rows, *self.direction.across), strict=True):
+        self.loop(self.span(), list(zip(rows, (*new, *squeezes), strict=True)), 0, [], depth=2)
+        for row, place in zip(rows, (*self.direction.rows, *self.direction.across), strict=False):
             self.copy_out(row, place)
+        if squeezes:
+            self.copy_out(rows[-1], len(self.varies) - 1, "other")
         self.emit("return bad")
 
     def settled(self, new: Any) -> Any:
@@ -149,7 +153,7 @@ class SweepGenerator(Generator):
 
 #: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.
 _DRIVER = '''
-def {name}(jobs, q, out, aux, n, last, ratio, par, gates, gated, buf, smx, through, found):
+def {name}(jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx, through, found):
     found[:] = 0
     found[1] = -1
     for j in range(smx.shape[0]):
@@ -157,8 +161,8 @@ def {name}(jobs, q, out, aux, n, last, ratio, par, gates, gated, buf, smx, throu
     bad = 0
     for k in range(jobs.shape[0]):
         closing = 1 if jobs[k, 2] + jobs[k, 3] == n else 0
-        bad = bad | {tile}(q, out, aux, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par, gates,
-                       gated, buf, smx, through, found)
+        bad = bad | {tile}(q, out, aux, other, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par,
+                       gates, gated, buf, smx, through, found)
     speed = 0.0
     for j in range(smx.shape[0]):
         speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
@@ -186,4 +190,4 @@ def signature(numba: Any) -> Any:
     """Return the types of the arguments of ``sweep`` and ``pull``."""
     real, whole = numba.float64, numba.int64
     cube, rows, row = real[:, :, ::1], real[:, ::1], real[::1]
-    return (whole[:, ::1], cube, cube, cube, whole, whole, real, row, cube, whole[:, ::1], row, row, rows, whole[::1])
+    return (whole[:, ::1], cube, cube, cube, cube, whole, whole, real, row, cube, whole[:, ::1], row, row, rows, whole[::1])

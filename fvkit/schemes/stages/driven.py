@@ -92,7 +92,7 @@ def surroundings(parts, auxl, auxr):
     rows = 3 * parts.across
     if not rows:
         return ()
-    left, right = auxl[len(auxl) - rows:], auxr[len(auxr) - rows:]
+    left, right = auxl[len(auxl) - 1 - rows:], auxr[len(auxr) - 1 - rows:]
     return tuple([(0.5 * (left[k] + right[k]), -(left[k + 1] + right[k + 1]) / (left[k + 2] + right[k + 2] + TINY))
                   for k in range(0, rows, 3)])
 

@@ -7,29 +7,43 @@ With u the velocity across, F the mass flux of a face as it stands at last, afte
 Seen in the mass coordinate the cell holds a line in u; what leaves takes its share of it, and what stays is a mean of the rest.
 So no velocity leaves the range of its neighbours, for any data and Courant numbers up to 1, and momentum is conserved. Derived
 here.
+
+Behind strong jumps that stand along a line of the grid momenta across grow from rounding (the carbuncle). A viscosity E on
+passengers alone, where the other axis has such a jump, removes it:
+
+    R -= E (u_R - u_L),   E = min(eta min(m_L, m_R)/2, half of what the window leaves beside F),
+
+with eta what the characteristic speeds of the other axis fall by at a face, beyond 0.3 of the sound speed, the larger of both cells.
 """
 
 import numpy as np
 
-from fvkit.pointwise import TINY, combine, where
-from fvkit.problem.answers import mass_flux
+from fvkit.pointwise import TINY, combine, maximum, minimum, where
+from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, NET, Parts, Read, Stage, here
+from fvkit.schemes.stages.positivity import window
+
+#: Fall of a characteristic speed at a face that counts as smooth, as a share of the sound speed.
+SMOOTH = 0.3
 
 
 def passenger_stages(parts: Parts, order: int) -> list[Stage]:
     """Return the stages behind those of a step along lines: what carries the momenta across, and the whole new state."""
     result = []
     if parts.across:
+        result.append(Stage(squeezing, {"ql": Read("q", -1), "qr": Read("q"), "auxl": Read("aux", -1), "auxr": Read("aux")},
+                            ("squeeze",)))
         reads = {"q": Read("q", -1, 0), "u": Read("velocity across", -2, 1), "flux": Read(MASS_FLUX)} if order == 2 else \
             {"q": Read("q", -1, 0), "u": Read("velocity across", -1, 0), "flux": Read(MASS_FLUX)}
         result += [Stage(velocity_across, here("q", "across"), ("velocity across",), light=True),
-                   Stage(ride, reads, ("ridden",))]
+                   Stage(ride, reads, ("ridden",)),
+                   Stage(brake, {**reads, "aux": Read("aux", -1, 0), "ridden": Read("ridden")}, ("ridden",), guard=beside_a_jump)]
     return result
 
 
 def moved_stage(parts: Parts, made: str) -> Stage:
     """Return the last stage: the state after a sweep, of which ``made`` is the net fluctuation or what sources left of it."""
-    ridden = {"across": Read("across"), "ridden": Read("ridden", 0, 1)} if parts.across else {}
+    ridden = {"across": Read("across"), "ridden": Read("ridden", 0, 1), "squeeze": Read("squeeze", 0, 1)} if parts.across else {}
     return Stage(moved, {"q": Read("q"), "made": Read(made), **ridden}, (MOVED,)) if made == NET else \
         Stage(driven_on, {"made": Read(made), **ridden}, (MOVED,))
 
@@ -67,14 +81,46 @@ def ride(parts, ratio, q, u, flux):
     return {"ridden": tuple(result)}
 
 
-def moved(parts, ratio, q, made, across=(), ridden=((), ())):
-    """Return the state of a cell after a sweep, and its momenta across."""
-    return {MOVED: (*combine(1.0, q, -ratio, made), *carried(ratio, across, ridden))}
+def moved(parts, ratio, q, made, across=(), ridden=((), ()), squeeze=()):
+    """Return the state of a cell after a sweep, its momenta across, and how much its faces squeeze."""
+    return {MOVED: (*combine(1.0, q, -ratio, made), *carried(ratio, across, ridden), *most(squeeze))}
 
 
-def driven_on(parts, ratio, made, across=(), ridden=((), ())):
-    """Return the state that sources and sweep have made of a cell, and its momenta across."""
-    return {MOVED: (*made, *carried(ratio, across, ridden))}
+def driven_on(parts, ratio, made, across=(), ridden=((), ()), squeeze=()):
+    """Return the same of the state that sources and sweep have made of a cell."""
+    return {MOVED: (*made, *carried(ratio, across, ridden), *most(squeeze))}
+
+
+def most(squeeze):
+    """Return the larger number of both faces."""
+    return (maximum(*squeeze),) if squeeze else ()
+
+
+def squeezing(parts, ratio, ql, qr, auxl, auxr):
+    """Return by how much the characteristic speeds fall at a face, beyond a share of the sound speed: not in smooth flow."""
+    lowl, highl = wave_speeds(parts.model, ql, auxl)
+    lowr, highr = wave_speeds(parts.model, qr, auxr)
+    sound = 0.25 * ((highl - lowl) + (highr - lowr))
+    return {"squeeze": maximum(maximum(lowl - lowr, highl - highr) - SMOOTH * sound, 0.0)}
+
+
+def beside_a_jump(parts, ratio, aux, **others):
+    """Whether a cell of a face lies at a jump of the other axis."""
+    return maximum(aux[0][-1], aux[1][-1]) > 0.0
+
+
+def brake(parts, ratio, q, u, flux, aux, ridden):
+    """Add the viscosity of passengers at jumps of the other axis."""
+    (ql, qr), eta = q, maximum(aux[0][-1], aux[1][-1])
+    fluxes, result = dict(zip(parts.model.mass_rows(), flux, strict=True)), []
+    left, right = u[len(u) // 2 - 1:len(u) // 2 + 1]
+    for k, phase in enumerate(parts.model.phases):
+        row = phase.masses[-1]
+        low, high = window(parts, ratio, ql, qr, row)
+        room = 0.5 * minimum(high - ratio * fluxes[row], ratio * fluxes[row] - low)
+        extra = minimum(0.5 * ratio * eta * minimum(ql[row], qr[row]), maximum(room, 0.0)) / ratio
+        result.append(ridden[k] - extra * (right[k] - left[k]))
+    return {"ridden": tuple(result)}
 
 
 def carried(ratio, across, ridden):
