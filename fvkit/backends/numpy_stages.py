@@ -26,9 +26,9 @@ class Runner:
             asks: Any = True if stage.guard is None else stage.guard(self.parts, ratio, **inputs)
             if np.any(asks):
                 if stage.sparse:
-                    places = np.flatnonzero(asks)
+                    places = np.nonzero(asks)
                     only = stage.run(self.parts, ratio, {name: cut(item, places) for name, item in inputs.items()})
-                    fields |= {name: _placed(new, fields[name], places, len(asks)) for name, new in only.items()}
+                    fields |= {name: _placed(new, fields[name], places, np.shape(asks)) for name, new in only.items()}
                 else:
                     fields |= stage.run(self.parts, ratio, inputs)
             if stage is self.plan.last_mass_flux and set_ends is not None:
@@ -60,12 +60,12 @@ def cut(value: Any, here: Any) -> Any:
                   else cut(item, here) if isinstance(item, tuple) else item for item in value])
 
 
-def _placed(new: Any, old: Any, places: np.ndarray, count: int) -> Any:
+def _placed(new: Any, old: Any, places: tuple[np.ndarray, ...], shape: tuple[int, ...]) -> Any:
     """The old arrays with new values at some places, in nested tuples; constants that stay remain constants."""
     if isinstance(old, tuple):
-        return tuple([_placed(mine, other, places, count) for mine, other in zip(new, old, strict=True)])
+        return tuple([_placed(mine, other, places, shape) for mine, other in zip(new, old, strict=True)])
     if new is old:
         return old
-    result = np.array(old) if np.ndim(old) else np.full(count, old)
+    result = np.array(old) if np.ndim(old) else np.full(shape, old)
     result[places] = new
     return result

@@ -58,11 +58,13 @@ class Sweep(ABC):
     1. `run` makes the state after a time dt of transport along the axis, with the sources that act with it, of padded arrays
        (rows, ny + 2 halo, nx + 2 halo); ghost cells have been filled.
     2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it.
-    3. `pull` writes the velocity of each phase along the axis, what pushes it there and the mass that bears it, of each cell.
+    3. ``blocks`` are those that a backend computes, where it leaves out idle ones.
+    4. `pull` writes the velocity of each phase along the axis, what pushes it there and the mass that bears it, of each cell.
     """
 
     settles: ClassVar[bool] = False
     compile_seconds: float = 0.0
+    blocks: Any = None
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, number: int, halo: int) -> None:
         self.scheme = scheme

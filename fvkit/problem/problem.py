@@ -182,7 +182,9 @@ class Problem:
     @property
     def seen(self) -> np.ndarray:
         """The initial cell averages that the model sees along the first axis, (rows, cells)."""
-        return self.q0[list(self.directions[0].rows)].reshape(len(self.directions[0].rows), -1)
+        rows = self.directions[0].rows
+        whole = self.q0 if len(self.grid.axes) == 1 else self.q0[list(rows)]
+        return whole.reshape(len(rows), -1)
 
     @property
     def mass_rows(self) -> tuple[int, ...]:

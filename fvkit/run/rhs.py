@@ -25,9 +25,9 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
     callable
         (t, q) -> dq/dt, q of shape (num_eqn, num_cells) or flat; the result has the shape of q.
     """
-    if len(problem.grid.axes) > 1:
-        raise ValueError("fvkit.rhs serves a grid with one axis, got one with two: sweeps along each make a step, not a rate")
     chosen, every = assemble(problem, scheme)
+    if len(every) > 1:
+        raise ValueError("fvkit.rhs serves a grid with one axis, got one with two: sweeps along each make a step, not a rate")
     (parts,) = every
     kernel, model, shape = array_kernel(problem, chosen, every), problem.model, problem.q0.shape
 

@@ -115,11 +115,12 @@ class Stepper:
 
     def _largest(self, model: Any, direction: Direction) -> float:
         """Return the largest wave speed of the initial state along an axis, m/s."""
-        q0, speed = self.problem.q0.reshape(len(self.problem.q0), -1)[list(direction.rows)], 0.0
+        q0, speed = self.problem.q0.reshape(len(self.problem.q0), -1), 0.0
         aux = tuple(row.reshape(-1) for row in aux_rows(self.problem.model, self.problem.aux_averages))
         with np.errstate(all="ignore"):
             for first in range(0, q0.shape[1], CHUNK):
-                q, given = tuple(q0[:, first:first + CHUNK]), tuple([row[first:first + CHUNK] for row in aux])
+                q = tuple([q0[row, first:first + CHUNK] for row in direction.rows])
+                given = tuple([row[first:first + CHUNK] for row in aux])
                 low, high = answers.wave_speeds(model, q, given)
                 here = float(np.max(np.maximum(np.abs(low), np.abs(high))))
                 if np.any(low - high > SWAPPED * here):

@@ -118,9 +118,10 @@ def _check_bounds(problem: Problem, parts: Parts) -> None:
     """Warn if wave speeds between the two initial states of a face exceed those of both states by more than `BEYOND`."""
     model, count = problem.directions[0].model, problem.grid.size
     ends, most = np.zeros(max(count - 1, 0)), np.zeros(max(count - 1, 0))
+    seen = problem.seen
     for first in range(0, count - 1, CHUNK):
         cells = slice(first, first + CHUNK + 1)
-        q, aux = problem.seen[:, cells], [row.reshape(-1)[cells] for row in aux_rows(model, problem.aux_averages)]
+        q, aux = seen[:, cells], [row.reshape(-1)[cells] for row in aux_rows(model, problem.aux_averages)]
         for share, found in ((0.0, ends), (1.0, ends), *((share, most) for share in answers.BETWEEN)):
             state, given = (tuple([(1.0 - share) * row[:-1] + share * row[1:] for row in rows]) for rows in (q, aux))
             here = found[first:first + CHUNK]

@@ -4,11 +4,13 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar
 
+import attrs
 import numpy as np
 import pytest
 
 from fvkit import Grid, Model, NoLimiter, Outflow, Periodic, Problem, Stepper, Wall, WavePropagation, solve
 from fvkit.problem import answers
+from fvkit.problem.directions import directions
 from fvkit.problem.questions import check_answers, samples
 from fvkit.schemes.cautions import lacks_balance
 from fvkit.schemes.method_of_lines import MethodOfLines
@@ -168,6 +170,30 @@ class ModelConformance(OnModel):
             for _ in range(10):
                 stepper.step(1.0)
             close(stepper.q, q, 1e-12)
+
+    @pytest.mark.parametrize("axis", [0, 1])
+    def test_a_wave_along_one_axis_of_a_plane_is_that_on_a_line(self, axis: int) -> None:
+        n, across = 24, 3
+        grid = Grid((0.0, 0.0), ((1.0, 0.1), (0.1, 1.0))[axis], ((n, across), (across, n))[axis])
+        try:
+            direction = directions(self.model, grid)[axis]
+        except ValueError as refused:
+            pytest.skip(str(refused))
+        line = attrs.evolve(self.waves(n, 5.0 * self.smooth), model=direction.model)
+        spread = np.expand_dims(line.q0, 1 + axis)
+        q = np.zeros((len(direction.names), *grid.shape))
+        q[list(direction.rows)] = spread
+        aux = {name: np.broadcast_to(np.expand_dims(values, axis), grid.shape) for name, values in line.aux_averages.items()}
+        plane = Problem(self.model, grid, q, line.t_end, aux, Periodic())
+        for solver in solvers(self.model):
+            ends = []
+            for problem in (plane, line):
+                stepper = Stepper(problem, WavePropagation(solver), backend="numpy", nonhyperbolic="ignore")
+                for _ in range(10):
+                    stepper.step(line.t_end / n)
+                ends.append(stepper.q)
+            found = ends[0][list(direction.rows)]
+            assert np.abs(found - np.expand_dims(ends[1], 1 + axis)).max() < 1e-12 * np.abs(q).max(), solver
 
     def test_what_is_conserved_stays_in_a_closed_circle(self) -> None:
         problem = self.waves(40, 10.0 * self.smooth)

@@ -161,10 +161,10 @@ def test_what_is_convex_looks_at_both_sides_alone():
     for model, low, high in ((fv.Advection(1.0), -1.0, 2.0), (fv.Burgers(), -1.0, 2.0), (Power(), 0.0, 1.0), (Power(), 1.0, 1.0),
                              (Polynomial(), 1.0, 2.0)):
         problem = fv.Problem(model, fv.Grid(0.0, 1.0, 10), np.linspace(low, high, 10)[None], 1.0)
-        assert assemble(problem, fv.WavePropagation(fv.HLL()))[1].model is problem.model
+        assert assemble(problem, fv.WavePropagation(fv.HLL()))[1][0].model is problem.model
     for model, low, high in ((BuckleyLeverett(), 0.0, 1.0), (Polynomial(), 0.1, 0.4), (Sine(), 0.0, 6.0)):
         problem = fv.Problem(model, fv.Grid(0.0, 1.0, 10), np.linspace(low, high, 10)[None], 1.0)
-        assert assemble(problem, fv.WavePropagation(fv.HLL()))[1].model.scans
+        assert assemble(problem, fv.WavePropagation(fv.HLL()))[1][0].model.scans
         assert type(problem.model) is type(model)
 
 

@@ -1,14 +1,13 @@
 """Blocks of cells where something stands or may come to in a step: the others are left out, with the same bits.
 
 A dry cell whose neighbours along a sweep are dry keeps every bit, at first and at second order, with friction and drag. So a step
-changes nothing further than one cell from what is wet, and a block beside no wet one is idle. Blocks never become idle again:
+changes nothing further than one cell from what is wet, and a block that is further away is idle. Blocks never become idle again:
 what has drained leaves films.
 """
 
 from itertools import pairwise
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 #: Cells of a block along each axis, a multiple of the lines of a tile.
 SIDE = 32
@@ -27,26 +26,22 @@ class ActiveBlocks:
     def __init__(self, shape: tuple[int, ...], halo: int, every: bool) -> None:
         self.shape, self.halo, self.every = shape, halo, every
         self.blocks = np.full([-(-n // SIDE) for n in shape], every)
-        self._wet = self.blocks.copy()
         self.version = 0
 
     def look(self, q: np.ndarray) -> None:
-        """Find the blocks where a padded state has become other than 0, and make these and their neighbours active."""
+        """Make active the blocks within one cell of which a padded state is other than 0."""
         if self.every:
             return
-        if self.version:
-            candidates = np.argwhere(self.blocks & ~self._wet)
-            wetted = [(j, i) for j, i in candidates.tolist() if self._block(q, j, i).any()]
-        else:
-            wetted = [(j, i) for j, i in np.ndindex(*self.blocks.shape) if self._block(q, j, i).any()]
-        if wetted or not self.version:
-            self._wet[tuple(np.array(wetted, dtype=int).reshape(-1, 2).T)] = True
-            self._add(binary_dilation(self._wet, np.ones((3, 3))))
+        near = ~self.blocks & (_widened(self.blocks) if self.version else True)
+        found = self.blocks.copy()
+        for j, i in np.argwhere(near).tolist():
+            found[j, i] = self._around(q, j, i).any()
+        self._add(found)
 
-    def _block(self, q: np.ndarray, j: int, i: int) -> np.ndarray:
-        """The bits of a block of the grid: also -0.0 is something."""
-        first, left = self.halo + SIDE * j, self.halo + SIDE * i
-        stop, right = self.halo + min(SIDE * (j + 1), self.shape[0]), self.halo + min(SIDE * (i + 1), self.shape[1])
+    def _around(self, q: np.ndarray, j: int, i: int) -> np.ndarray:
+        """The bits of a block and of one cell of the grid around it: also -0.0 is something."""
+        first, left = (self.halo + max(SIDE * k - 1, 0) for k in (j, i))
+        stop, right = (self.halo + min(SIDE * (k + 1) + 1, n) for k, n in zip((j, i), self.shape, strict=True))
         return q[:, first:stop, left:right].view(np.int64)
 
     def touch(self, axis: int, side: int, lines: np.ndarray) -> None:
@@ -75,7 +70,9 @@ class ActiveBlocks:
         """
         lines, cells = (self.shape[0], self.shape[1]) if axis == 0 else (self.shape[1], self.shape[0])
         result = []
-        for k, row in enumerate(self.blocks if axis == 0 else self.blocks.T):
+        blocks = self.blocks if axis == 0 else self.blocks.T
+        for k in np.flatnonzero(blocks.any(axis=1)).tolist():
+            row = blocks[k]
             edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(int)))
             first = np.arange(SIDE * k, min(SIDE * (k + 1), lines), lanes)
             for start, stop in zip(SIDE * edges[::2], np.minimum(SIDE * edges[1::2], cells), strict=True):
@@ -85,3 +82,10 @@ class ActiveBlocks:
                     result.append(np.column_stack([first + self.halo, np.minimum(lanes, lines - first),
                                                    np.full(len(first), low), np.full(len(first), high - low)]))
         return np.concatenate(result).astype(np.int64) if result else np.zeros((0, 4), dtype=np.int64)
+
+
+def _widened(blocks: np.ndarray) -> np.ndarray:
+    """Blocks and their neighbours."""
+    result = np.pad(blocks, 1)
+    result = result[:-2] | result[1:-1] | result[2:]
+    return result[:, :-2] | result[:, 1:-1] | result[:, 2:]

@@ -21,7 +21,6 @@ class NumbaSweep(Sweep):
     """Runs the tiles of a sweep in compiled code; new parameter values never recompile."""
 
     settles: ClassVar[bool] = True
-    blocks: ActiveBlocks
 
     def prepare(self, given: np.ndarray, threads: int) -> None:
         """Make the code, once it is known which of the given rows are not zero everywhere."""
@@ -103,4 +102,4 @@ class NumbaPlaneKernel(PlaneKernel):
         for one in self.sweeps if sweep is None else (sweep,):
             lines = one.lines(q)
             for side, ghosts in enumerate((lines[:, :self.halo], lines[:, lines.shape[1] - self.halo:])):
-                self.blocks.touch(one.number, side, ghosts.any(axis=(0, 1)))
+                self.blocks.touch(one.number, side, np.asarray(ghosts.any(axis=(0, 1))))
