@@ -9,7 +9,7 @@ from tests.pages import code_blocks
 BLOCKS = code_blocks(Path(__file__).parent.parent / "README.md", "python")
 
 
-@pytest.mark.parametrize("code", BLOCKS, ids=["library", "model"])
+@pytest.mark.parametrize("code", BLOCKS, ids=["library", "two-axes", "model"])
 def test_code_of_the_readme_runs(code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "block.py"
@@ -19,6 +19,6 @@ def test_code_of_the_readme_runs(code, tmp_path, monkeypatch, capsys):
 
 
 def test_lengths_that_the_readme_promises():
-    library, model = (len([line for line in code.splitlines() if line.strip()]) for code in BLOCKS)
+    library, _, model = (len([line for line in code.splitlines() if line.strip()]) for code in BLOCKS)
     assert library <= 15
     assert model <= 30

@@ -96,7 +96,7 @@ class Stepper:
 
     @property
     def q(self) -> np.ndarray:
-        """Current cell averages, (num_eqn, *grid.shape), read-only."""
+        """Current cell averages, of the shape of ``problem.q0``, read-only."""
         view = self._kernel.inside(self._march.now).view()
         view.flags.writeable = False
         return view
