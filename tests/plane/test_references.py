@@ -275,5 +275,5 @@ def test_idle_blocks_make_no_difference_to_a_single_bit(model, sources, order, b
     grid = square(130, length=100.0, m=101)
     x, y = centres(grid)
     h = np.maximum(5.0 - 0.5 * np.hypot(x - 30.0, y - 25.0), 0.0)
-    problem = fv.Problem(model, grid, state(model, h, 0.6), 1e9, aux={"b": 0.02 * x + 0.01 * y * np.sin(x)}, boundary=boundary, sources=sources)
+    problem = fv.Problem(model, grid, state(model, h, 0.6), 1e9, aux={"b": 0.02 * x + 0.2 * np.sin(x) * np.sin(0.02 * np.pi * y)}, boundary=boundary, sources=sources)
     assert after(problem, 150, order=order) == after(problem, 150, every=True, order=order)
