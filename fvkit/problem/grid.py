@@ -59,13 +59,11 @@ class Axis:
         return 0.5 * (edges[:-1] + edges[1:])
 
 
-def _of_axes(value: Any, name: str, each: Callable[..., Any], **rules: Any) -> Any:
+def _of_axes(value: Any, name: str, each: Callable[..., Any], hint: str, **rules: Any) -> Any:
     """Return a number, or one number per axis, checked by ``each``."""
-    if not isinstance(value, (tuple, list)):
-        return each(value, name, **rules)
-    if len(value) != len(NAMES):
-        raise ValueError(f"`{name}` must be a number, or a pair (x, y) for a grid with two axes, got {len(value)} numbers")
-    return tuple(each(item, f"{name}[{k}]", **rules) for k, item in enumerate(value))
+    if not isinstance(value, (tuple, list)) or len(value) != len(NAMES):
+        return each(value, name, hint=f"{hint}, or a pair (x, y) for a grid with two axes", **rules)
+    return tuple(each(item, f"{name}[{k}]", hint=hint, **rules) for k, item in enumerate(value))
 
 
 @attrs.frozen
@@ -97,8 +95,8 @@ class Grid:
     (10, 50)
     """
 
-    lower: Any = field(_of_axes, each=real)
-    upper: Any = field(_of_axes, each=real)
+    lower: Any = field(_of_axes, each=real, hint="a number in m")
+    upper: Any = field(_of_axes, each=real, hint="a number in m")
     num_cells: Any = field(_of_axes, each=whole, at_least=1, hint="the number of cells")
     axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
 
@@ -106,7 +104,7 @@ class Grid:
         given = (self.lower, self.upper, self.num_cells)
         pairs = [isinstance(item, tuple) for item in given]
         if any(pairs) != all(pairs):
-            raise ValueError("`lower`, `upper` and `num_cells` must be three numbers, or three pairs (x, y) for two axes, got "
+            raise TypeError("`lower`, `upper` and `num_cells` must be three numbers, or three pairs (x, y) for two axes, got "
                              f"Grid({self.lower}, {self.upper}, {self.num_cells})")
         axes = zip(*given, strict=True) if all(pairs) else (given,)
         object.__setattr__(self, "axes", tuple(Axis(*one) for one in axes))

@@ -85,5 +85,5 @@ def test_data_of_another_shape_are_refused_by_their_shape():
         fv.Problem(gr.ShallowWater(), square(16), np.ones((2, 16, 16)), 1.0)
     with pytest.raises(ValueError, match=r"`initial\(x, y\)` must return shape"):
         fv.Problem(gr.ShallowWater(), square(16), lambda x, y: [x, y], 1.0)
-    with pytest.raises(ValueError, match="must be three numbers, or three pairs"):
+    with pytest.raises(TypeError, match="must be three numbers, or three pairs"):
         fv.Grid((0.0, 0.0), (1.0, 1.0), 8)

@@ -87,6 +87,7 @@ NO_LISTS = typed(5, "ab", b"ab", np.array(3.0), {}, 2.5, Unshowable())
 #: Every kind of argument. The letter ? at the end of a kind in the table of calls says that None is allowed too.
 KINDS = {
     "number": NUMBER + NONE,
+    "number or pair": [case for case in NUMBER + NONE if not (isinstance(case[0], list) and case[0] == [1.0, 2.0])],
     "positive": NUMBER + NONE + NOT_POSITIVE,
     "not negative": NUMBER + NONE + NEGATIVE,
     "field not negative": FIELD + NONE + NEGATIVE,

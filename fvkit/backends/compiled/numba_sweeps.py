@@ -53,8 +53,8 @@ class NumbaSweep(Sweep):
         """Run the jobs, each thread its share of them."""
         def share(jobs: np.ndarray, scratch: tuple[np.ndarray, ...]) -> Any:
             buffer, speeds, through, found = scratch
-            return function(jobs, q, out, aux, other, self.axis.num_cells, int(last), ratio, self._parameters, self._gates, self._gated,
-                            buffer, speeds, through, found)
+            return function(jobs, q, out, aux, other, self.axis.num_cells, int(last), ratio, self._parameters, self._gates,
+                            self._gated, buffer, speeds, through, found)
 
         count, every = len(self._scratch), self.jobs()
         cuts = [len(every) * k // count for k in range(count + 1)]

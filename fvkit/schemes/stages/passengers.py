@@ -13,7 +13,8 @@ passengers alone, where the other axis has such a jump, removes it:
 
     R -= E (u_R - u_L),   E = min(eta min(m_L, m_R)/2, half of what the window leaves beside F),
 
-with eta what the characteristic speeds of the other axis fall by at a face, beyond 0.3 of the sound speed, the larger of both cells.
+with eta what the characteristic speeds of the other axis fall by at a face, beyond 0.3 of the sound speed, the larger of both
+cells. It is known in the second sweep of a step, from the first one.
 """
 
 import numpy as np
