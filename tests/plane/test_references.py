@@ -162,6 +162,20 @@ def test_an_oblique_jump_stands_at_its_angle():
     assert abs(h[(x > 4.0) & (y > 0.5) & (y < 0.6 * np.tan(angle - turn) * x)].mean() - behind(angle)) < 1e-4
 
 
+@pytest.mark.parametrize("froude", [2.0, 3.0])
+def test_noise_on_a_jump_along_a_grid_line_does_not_grow(froude):
+    """Nothing cures the carbuncle: at Froude 5 the noise has reached the size of the jump after as many cell times."""
+    grid, noise, v = fv.Grid((0.0, 0.0), (80.0, 20.0), (80, 20)), 1e-6, froude * np.sqrt(G)
+    behind = 0.5 * (np.sqrt(1.0 + 8.0 * froude**2) - 1.0)
+    h = np.where(centres(grid)[0] < 40.0, 1.0, behind) * (1.0 + noise * np.random.default_rng(0).uniform(-1.0, 1.0, grid.shape))
+    problem = fv.Problem(gr.ShallowWater(), grid, np.array([h, np.full(grid.shape, v), 0.0 * h]), 600.0 / (v + np.sqrt(G)),
+                         boundary={"west": fv.Inflow([1.0, v, 0.0]), "east": fv.Inflow([behind, v, 0.0]),
+                                   "south": fv.Periodic(), "north": fv.Periodic()})
+    q = run(problem, fv.WavePropagation(gr.Relaxation())).q[-1]
+    assert np.ptp(q[0], axis=0).max() < noise
+    assert np.abs(q[2] / q[0]).max() < noise * np.sqrt(G)
+
+
 # Heaps and columns with friction.
 
 
