@@ -1,4 +1,4 @@
-"""fvkit: a pluggable finite-volume framework for one-dimensional hyperbolic systems.
+"""fvkit: a pluggable finite-volume framework for hyperbolic systems in one and two dimensions.
 
 >>> import fvkit as fv
 >>> import numpy as np

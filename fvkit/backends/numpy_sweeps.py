@@ -38,7 +38,7 @@ class NumpySweep(Sweep):
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:
             target[row] = source[row]
-        squeezed = self.lines(other[-1:])[0, halo:halo + n]
+        squeezed = self.lines(other[-1:])[0, halo:halo + n] if self.direction.across else None
         given, flux = self.fluxes(), np.zeros((2, max(len(masses), 1)))
         speeds, lost, first = [], Lost(), -1
         for lanes in self._chunks:
@@ -48,7 +48,7 @@ class NumpySweep(Sweep):
             fields = runner.run(self._fields(q, aux, lanes), n, dt / self.axis.dx, set_ends)
             for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
                 target[row, :, lanes] = item
-            if self.direction.across:
+            if squeezed is not None:
                 squeezed[:, lanes] = fields[MOVED][-1]
             speeds.append(np.maximum.reduce(fields[SPEED], None))
             if masses and not self.periodic:

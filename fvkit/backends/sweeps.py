@@ -165,7 +165,8 @@ class PlaneKernel(StepwiseKernel):
         plans = [plan(scheme.stages(one)) for one in parts]
         self.halo = max(one.halo for one in plans)
         if min(problem.grid.shape) < self.halo:
-            raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}")
+            raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}: "
+                             "what varies along one axis alone is a problem on fv.Grid(lower, upper, num_cells)")
         self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
         self._lay_out(problem)
         self._work = self.padded(problem.q0)

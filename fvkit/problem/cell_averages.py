@@ -1,5 +1,6 @@
 """Cell averages of functions of x, or of x and y, by Gauss-Legendre quadrature."""
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -64,6 +65,7 @@ def _nodes(axis: Axis) -> np.ndarray:
 
 def _values(function: Callable[..., Any], places: list[np.ndarray], rows: int | None, name: str) -> np.ndarray:
     """What a function returns at places, checked."""
+    _check_arguments(function, len(places), name)
     raw, shape, call = function(*places), places[0].shape, f"`{name}({', '.join(NAMES[:len(places)])})`"
     if not isinstance(raw, (np.ndarray, list, tuple)):
         raw = validation.floats(raw, call.strip("`"))
@@ -89,6 +91,17 @@ def levelled(depth: np.ndarray) -> np.ndarray:
     blocks = depth.reshape(depth.shape[0] // NODES, NODES, depth.shape[1] // NODES, NODES)
     mean = np.einsum("abcd,b,d->ac", blocks, WEIGHTS, WEIGHTS)[:, None, :, None]
     return np.where((blocks < 0.0).any(axis=(1, 3), keepdims=True), np.maximum(mean, 0.0), blocks).reshape(depth.shape)
+
+
+def _check_arguments(function: Callable[..., Any], count: int, name: str) -> None:
+    """Raise TypeError where a function cannot be called with the places."""
+    try:
+        inspect.signature(function).bind(*NAMES[:count])
+    except ValueError:  # a ufunc of NumPy, say, has no signature
+        return
+    except TypeError as error:
+        wanted = "x" if count == 1 else "x and y on a grid with two axes"
+        raise TypeError(f"`{name}` must be a function of {wanted}, got one that takes other arguments ({error})") from None
 
 
 def _shape(raw: Any) -> tuple[int, ...]:

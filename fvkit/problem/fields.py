@@ -110,6 +110,7 @@ class Field:
         label, given, cells = f"{self.alias} of {type(self.source).__name__}", self.given, self.grid.shape
         shape = cells if self.components is None else (self.components, *cells)
         if callable(given):
+            self._check_places(given)
             function = given if self.steady else lambda *places: self.given(*places, t)
             given = cell_averages(function, self.grid, self.components, label)
         values = validation.array(given, label, shape).reshape(self.size, *cells)
@@ -118,6 +119,13 @@ class Field:
         if self.steady:
             object.__setattr__(self, "_kept", values)
         return values
+
+    def _check_places(self, given: Callable[..., Any]) -> None:
+        """Refuse a function of x and t on a grid with two axes, which would be taken for one of x and y."""
+        names = list(getattr(getattr(given, "__code__", None), "co_varnames", ()))[:2]
+        if len(self.grid.axes) > 1 and self.steady and names[1:] == ["t"]:
+            raise ValueError(f"`{self.alias}` of {type(self.source).__name__} must be a function of (x, y), or of (x, y, t), on "
+                             "a grid with two axes, got one of (x, t)")
 
     def _check(self, values: np.ndarray) -> None:
         """Let the source itself judge the least and the largest value."""

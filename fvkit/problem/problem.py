@@ -15,7 +15,7 @@ from fvkit.problem.directions import Direction, component_names, directions, mas
 from fvkit.problem.fields import Field, varying_over, with_numbers
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, aux_rows
-from fvkit.problem.side import Section, four_sides, sections
+from fvkit.problem.side import Along, Section, four_sides, sections
 from fvkit.problem.sources import Source
 
 #: Floats per cell and component that a problem takes at least: nodes of a quadrature, values there, and averages.
@@ -28,6 +28,9 @@ SIDES = ("left", "right")
 
 def boundary_pair(boundary: Any) -> tuple[BoundaryCondition, BoundaryCondition]:
     """Return the conditions (left, right) of one, two, or a mapping of sides, checked."""
+    if isinstance(boundary, Along):
+        raise TypeError("`boundary` must be a condition such as fv.Outflow() for each end, got Along, which is a part of a side "
+                        "and needs a grid with two axes")
     if isinstance(boundary, Mapping):
         for name in boundary:
             validation.choice(name, "boundary", SIDES)
@@ -221,8 +224,14 @@ class Problem:
         for source in self.sources:
             source.check(self.model)
             q, aux, _ = self.sample() if source.turns else self._sample(range(len(self.conserved)))
-            found = questions.check_answers(with_numbers(source, self.fields, self.t_start),
-                                            questions.samples(self.directions[0].model, q, aux))
+            given = questions.samples(self.directions[0].model, q, aux)
+            try:
+                found = questions.check_answers(with_numbers(source, self.fields, self.t_start), given)
+            except IndexError as error:
+                if not (self.sides and source.turns):
+                    raise
+                raise IndexError(f"{error}; on a grid with two axes {type(source).__name__} gets the {len(q)} components along "
+                                 f"the velocity: give it `turns = False` for all {len(self.conserved)}") from error
             contract.agree(source, "step", found["step"], q, "must return the state for dt = 0")
 
     def _check_model(self, direction: Direction) -> None:

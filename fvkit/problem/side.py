@@ -14,6 +14,9 @@ from fvkit.problem.boundary import BoundaryCondition, Outflow, Wall
 from fvkit.problem.directions import SIDES, Direction
 from fvkit.problem.grid import Axis, Grid
 
+#: Other names of sides, and what they are called here.
+LIKE = {"left": "west", "right": "east", "bottom": "south", "top": "north"}
+
 
 def _condition(value: Any, name: str) -> Any:
     if value is None or isinstance(value, Along):
@@ -90,6 +93,9 @@ def four_sides(boundary: Any) -> tuple[Any, ...]:
     names = [name for pair in SIDES for name in pair]
     if isinstance(boundary, Mapping):
         for name in boundary:
+            if name in LIKE:
+                raise ValueError(f"`boundary` must be one of {', '.join(names)} on a grid with two axes, got {name!r}: "
+                                 f"write {LIKE[name]!r}")
             validation.choice(name, "boundary", names)
         boundary = tuple(boundary.get(name, Outflow()) for name in names)
     given: Any = boundary if isinstance(boundary, (tuple, list)) else (boundary,) * len(names)
@@ -109,6 +115,7 @@ def four_sides(boundary: Any) -> tuple[Any, ...]:
 def sections(given: Any, left: bool, direction: Direction, grid: Grid, aux: Mapping[str, np.ndarray]) -> tuple[Section, ...]:
     """Return the sections of one side: the condition of every cell along it, placed on the ground there."""
     along, other = grid.axes[direction.number], grid.axes[1 - direction.number]
+    _check_met(given, other, SIDES[direction.number][0 if left else 1])
     chosen = [given.at(place) if isinstance(given, Along) else given for place in other.centers.tolist()]
     rows = {name: np.moveaxis(values, 1 - direction.number, 0) for name, values in aux.items()}
     found: list[Section] = []
@@ -122,6 +129,15 @@ def sections(given: Any, left: bool, direction: Direction, grid: Grid, aux: Mapp
     for start, stop in pairwise(cuts):
         found.append(Section(slice(start, stop), tuple(ends[start:stop])))
     return tuple(found)
+
+
+def _check_met(given: Any, axis: Axis, side: str) -> None:
+    """Refuse an `Along` that covers no cell of its side."""
+    while isinstance(given, Along):
+        if not ((axis.centers >= given.lower) & (axis.centers <= given.upper)).any():
+            raise ValueError(f"`boundary[{side!r}]`: Along({given.lower:g}, {given.upper:g}) must cover the centre of a cell, "
+                             f"got none on the side from {axis.lower:g} to {axis.upper:g} m with cells of {axis.dx:.4g} m")
+        given = given.otherwise
 
 
 def _placed(end: BoundaryCondition, left: bool, direction: Direction, axis: Axis, aux: Mapping[str, np.ndarray]) -> Any:

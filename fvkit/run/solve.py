@@ -41,7 +41,8 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
     checkpoint : file and interval of checkpoints for `resume`, see `Checkpoint`.
     observers : functions called with the `Stepper` after every accepted step, in order.
     backend : ``"auto"``, ``"numba"`` or ``"numpy"``, see `Stepper`.
-    threads : number of threads of a compiled run, or ``"all"`` for one per core; more than 1 only from 100,000 cells on.
+    threads : number of threads of a compiled run, or ``"all"`` for one per core; more than 1 only from 100,000 cells
+        on a line on, with two axes for any number.
     nonhyperbolic : ``"warn"``, ``"raise"`` or ``"ignore"`` where characteristic speeds become complex.
     progress : True shows progress on stderr; or a function of the fraction of simulated time done, 0 to 1.
     throw : True raises if the run fails; False returns the partial solution with its status.

@@ -40,7 +40,8 @@ class Stepper:
     backend : ``"auto"``, ``"numba"`` (compiled) or ``"numpy"``; auto compiles where numba is installed, unless the
         environment variable FVKIT_BACKEND names another.
     nonhyperbolic : reaction to complex characteristic speeds: ``"warn"`` once, ``"raise"`` or ``"ignore"``.
-    threads : number of threads of a compiled run, or ``"all"``; more than 1 only from 100,000 cells on, bit-identical to one.
+    threads : number of threads of a compiled run, or ``"all"``; more than 1 only from 100,000 cells on a line on,
+        with two axes for any number; bit-identical to one.
     step : length of the time steps, None for the Courant number of the scheme, see `Step`.
 
     Attributes

@@ -87,3 +87,29 @@ def test_data_of_another_shape_are_refused_by_their_shape():
         fv.Problem(gr.ShallowWater(), square(16), lambda x, y: [x, y], 1.0)
     with pytest.raises(TypeError, match="must be three numbers, or three pairs"):
         fv.Grid((0.0, 0.0), (1.0, 1.0), 8)
+
+
+@pytest.mark.parametrize(("make", "error", "words"), [
+    (lambda: flat(gr.ShallowWater(), boundary={"left": fv.Wall()}), ValueError, "write 'west'"),
+    (lambda: flat(gr.ShallowWater(), boundary={"west": fv.Along(50.0, 60.0, fv.Outflow())}), ValueError, "must cover the centre of a cell"),
+    (lambda: fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 8), np.ones((1, 8)), 1.0, boundary=fv.Along(0.0, 1.0, fv.Wall())), TypeError,
+     "needs a grid with two axes"),
+    (lambda: fv.Problem(fv.Burgers(), square(8), lambda x: [x], 1.0), TypeError, "`initial` must be a function of x and y"),
+    (lambda: flat(gr.ShallowWater(), sources=gr.CoulombFriction(lambda x, t: 0.3 + 0.0 * x)), ValueError, r"got one of \(x, t\)"),
+    (lambda: fv.Stepper(fv.Problem(gr.ShallowWater(), fv.Grid((0.0, 0.0), (1.0, 1.0), (1, 8)), np.ones((3, 8, 1)), 1.0)), ValueError,
+     "what varies along one axis alone")])
+def test_what_would_be_lost_in_silence_is_refused_with_the_fix(make, error, words):
+    with pytest.raises(error, match=words):
+        make()
+
+
+@pytest.mark.parametrize("backend", ["numpy"])
+def test_in_cell_shocks_serve_the_plane_as_they_serve_a_line(backend):
+    model, grid = gr.TwoPhase(), fv.Grid((0.0, 0.0), (10.0, 1.0), (60, 6))
+    line = fv.Problem(model, fv.Grid(0.0, 10.0, 60), lambda x: model.conserved_from(np.where(x < 5.0, 3.0, 1.0), np.where(x < 5.0, 0.7, 0.4)), 0.4)
+    q = np.zeros((6, 6, 60))
+    q[[0, 1, 3, 4]] = line.q0[:, None]
+    plane = fv.Problem(model, grid, q, 0.4, boundary={"south": fv.Periodic(), "north": fv.Periodic()})
+    scheme, step = fv.WavePropagation(fv.Roe(), in_cell_shocks=True), fv.Step(dt=0.005)
+    found = fv.solve(plane, scheme, step=step, backend=backend).q[-1][[0, 1, 3, 4]]
+    assert_allclose(found, np.broadcast_to(fv.solve(line, scheme, step=step, backend=backend).q[-1][:, None], found.shape), atol=1e-12)
