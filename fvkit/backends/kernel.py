@@ -122,6 +122,10 @@ class Kernel(ABC):
         """What the boundary conditions of both sides give to their ``ghost`` at time t."""
         return tuple(side.values(self.problem.model, t) for side in self.problem.ends)
 
+    def restarted(self) -> None:
+        """Forget what is known of the state, since another one has been put in its place; nothing by default."""
+        return
+
     @property
     def steady_boundary(self) -> bool:
         """Whether `ghost_values` is the same at all times."""

@@ -295,6 +295,7 @@ class Stepper:
         for array, name in ((march.real, "real"), (march.count, "count"), (march.masses, "masses")):
             array[:] = snapshot[name]
         self._kernel.inside(march.now)[:] = snapshot["now"]
+        self._kernel.restarted()
         self._seconds = float(snapshot["clock"])
 
     def stats(self) -> Stats:

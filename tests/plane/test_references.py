@@ -271,6 +271,24 @@ def after(problem, steps, every=False, threads=1, order=2):
     return stepper.q.tobytes(), stepper.t, stepper.stats().mass_drift
 
 
+def test_a_state_from_elsewhere_is_not_left_out_as_idle():
+    """A stepper whose blocks are known takes the state of another one, which is wet where its own was dry."""
+    grid = square(130, length=100.0)
+    x, y = centres(grid)
+
+    def stepper(middle):
+        q = state(gr.ShallowWater(), np.where(np.hypot(x - middle, y - middle) < 8.0, 1.0, 0.0), 1.0)
+        return fv.Stepper(fv.Problem(gr.ShallowWater(dry=1e-8), grid, q, 1e9, boundary=CLOSED), backend="numba")
+
+    here, there = stepper(20.0), stepper(80.0)
+    for one in (here, there):
+        one.run(1e9, 4)
+    here.restore(there.snapshot())
+    for one in (here, there):
+        one.run(1e9, 20)
+    assert_array_equal(here.q, there.q)
+
+
 def test_two_threads_give_the_same_bits():
     model, grid = gr.ShallowWater(), square(350, m=300)
     q, b = rough(model, grid)

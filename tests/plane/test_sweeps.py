@@ -148,7 +148,7 @@ def test_what_serves_a_line_alone_says_so():
 
 @pytest.mark.parametrize("froude", [5.0, 10.0, 30.0])
 def test_a_jump_that_stands_along_a_line_of_the_grid_stays_straight(froude):
-    """Without a viscosity of the momenta across, noise of 1e-6 grows to a tenth of the speed at every Froude number here."""
+    """Noise of 1e-6 of the momenta along it does not grow in 600 cell times."""
     nx, ny, rng = 80, 20, np.random.default_rng(0)
     u1, depth = froude * np.sqrt(9.81), 0.5 * (np.sqrt(1.0 + 8.0 * froude**2) - 1.0)
     ahead = np.arange(nx)[None] < nx // 2

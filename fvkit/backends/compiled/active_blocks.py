@@ -27,12 +27,18 @@ class ActiveBlocks:
         self.shape, self.halo, self.every = shape, halo, every
         self.blocks = np.full([-(-n // SIDE) for n in shape], every)
         self.version = 0
+        self.known = False
+
+    def forget(self) -> None:
+        """Look at every block again: a state has come from elsewhere."""
+        self.known = False
 
     def look(self, q: np.ndarray) -> None:
         """Make active the blocks within one cell of which a padded state is other than 0."""
         if self.every:
             return
-        near = ~self.blocks & (_widened(self.blocks) if self.version else True)
+        near = ~self.blocks & (_widened(self.blocks) if self.known else True)
+        self.known = True
         found = self.blocks.copy()
         for j, i in np.argwhere(near).tolist():
             found[j, i] = self._around(q, j, i).any()

@@ -97,6 +97,9 @@ class NumbaPlaneKernel(PlaneKernel):
         for sweep in self.sweeps:
             sweep.blocks = self.blocks
 
+    def restarted(self) -> None:
+        self.blocks.forget()
+
     def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         if sweep is None:
             self.blocks.look(q)
