@@ -155,29 +155,29 @@ def with_numbers(source: Any, found: Sequence[Field], t: float) -> Any:
     """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
     own = [field for field in found if field.source is source]
     first = {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own}
-    return _seen(source, type(source), first)
+    return seen_as(source, type(source), first)
 
 
 def on_grid(sources: Sequence[Any], found: Sequence[Field], own: int) -> tuple[Any, ...]:
     """Return sources that look for their fields behind the ``own`` aux values of the model, and else see these alone."""
-    places: dict[int, list[tuple[str, int, int | None]]] = {k: [] for k in range(len(sources))}
+    places: dict[int, list[tuple[str, int, int | None]]] = {k: [] for k in range(-1, len(sources))}
     row = own
     for field in found:
         places[field.position].append((field.name, row, field.components))
         row += field.size
     kinds: list[Any] = [type(source) for source in sources]
-    return tuple(_seen(source, _looking_behind(kinds[k], tuple(places[k]), own), {}) for k, source in enumerate(sources))
+    return tuple(seen_as(source, _looking_behind(kinds[k], tuple(places[k]), own), {}) for k, source in enumerate(sources))
 
 
 def _values(rows: Any, components: int | None) -> Any:
     return rows[0] if components is None else tuple(rows)
 
 
-def _seen(source: Any, kind: Any, values: dict[str, Any]) -> Any:
-    """Return a source of a class with the same fields, some of them replaced; no converter is asked."""
+def seen_as(part: Any, kind: Any, values: dict[str, Any]) -> Any:
+    """Return a part of class ``kind`` with the same fields, some of them replaced; no converter is asked."""
     result: Any = object.__new__(kind)
-    for field in type(source).__attrs_attrs__:
-        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(source, field.name))
+    for field in type(part).__attrs_attrs__:
+        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(part, field.name))
     return result
 
 
@@ -190,7 +190,7 @@ def _looking_behind(kind: Any, places: tuple[tuple[str, int, int | None], ...], 
         def method(self: Any, *arguments: Any) -> Any:
             aux = arguments[at]
             values = {field: _values(aux[row:row + (count or 1)], count) for field, row, count in places}
-            return getattr(_seen(self, kind, values), name)(*arguments[:at], aux[:own], *arguments[at + 1:])
+            return getattr(seen_as(self, kind, values), name)(*arguments[:at], aux[:own], *arguments[at + 1:])
 
         return method
 

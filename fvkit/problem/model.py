@@ -65,6 +65,8 @@ class Model(Part, ABC):
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = MappingProxyType({})
     #: Whether speeds between two states are looked at: where those of a scalar law are not monotone, see `fvkit.schemes.fitting`.
     scans: ClassVar[bool] = False
+    #: Rows of aux values that hold the slopes of the bottom along a sweep and across it, see `fvkit.problem.relief`.
+    slope_rows: ClassVar[tuple[int, ...]] = ()
     #: Which of the methods that may take aux values do; decided when the class is made.
     takes_aux: ClassVar[frozenset[str]] = frozenset()
 
@@ -210,6 +212,18 @@ class Model(Part, ABC):
 
     def resolved(self, q0: np.ndarray) -> "Model":
         """Return this model with the parameters that were left open (None) set to fit the initial state q0."""
+        return self
+
+    def relief(self) -> str | None:
+        """Return the name of the aux function whose slopes the equations depend on, see `fvkit.problem.relief`; None for none."""
+        return None
+
+    def on_slope(self, steepness: Any) -> "Model":
+        """Return the equations over a bottom of slope s, ``steepness`` = 1 + s^2; asked only where `relief` names a bottom."""
+        raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_slope`")
+
+    def on_bed(self, root: Any) -> Any:
+        """Return the equations as sources see them on a bottom of slope s, ``root`` = sqrt(1 + s^2): depth and load normal to it."""
         return self
 
     @default

@@ -15,6 +15,7 @@ from fvkit.problem.directions import Direction, component_names, directions, mas
 from fvkit.problem.fields import Field, varying_over, with_numbers
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, aux_rows
+from fvkit.problem.relief import Slopes
 from fvkit.problem.side import Along, Section, four_sides, sections
 from fvkit.problem.sources import Source
 
@@ -93,7 +94,7 @@ class Problem:
     sides : tuple
         With two axes, for each the sections of its lower and upper side, `fvkit.problem.side.Section`; else ().
     fields : tuple
-        The `fvkit.problem.fields.Field` of the sources that vary over the grid.
+        The `fvkit.problem.fields.Field` of the sources that vary over the grid; first of all the slopes of a bottom with relief.
 
     Raises
     ------
@@ -119,7 +120,7 @@ class Problem:
     directions: tuple[Direction, ...] = attrs.field(init=False, repr=False)
     ends: tuple[BoundaryCondition, ...] = attrs.field(init=False, repr=False)
     sides: tuple[tuple[tuple[Section, ...], tuple[Section, ...]], ...] = attrs.field(init=False, repr=False)
-    fields: tuple[Field, ...] = attrs.field(init=False, repr=False)
+    fields: tuple[Field | Slopes, ...] = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
         validation.instance(self.model, "model", Model)
@@ -147,7 +148,9 @@ class Problem:
         self._set("sides", () if one else tuple(
             tuple(sections(self.boundary[2 * along.number + k], k == 0, along, self.grid, self.aux_averages) for k in (0, 1))
             for along in self.directions))
-        self._set("fields", varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
+        ground = self.model.relief()
+        slopes = () if ground is None else (Slopes(self.aux_averages[ground], self.grid),)
+        self._set("fields", slopes + varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
         self._check_contract()
 
     def _set(self, name: str, value: Any) -> None:
@@ -193,6 +196,12 @@ class Problem:
     def mass_rows(self) -> tuple[int, ...]:
         """Rows of q that are masses."""
         return mass_places(self.model, self.grid)
+
+    @property
+    def given(self) -> tuple[np.ndarray, ...]:
+        """The given functions that the equations see, each of the shape of the grid: aux functions, then slopes of relief."""
+        slopes = [row for field in self.fields if isinstance(field, Slopes) for row in field.at(self.t_start)]
+        return (*aux_rows(self.model, self.aux_averages), *slopes)
 
     @property
     def steady_boundary(self) -> bool:

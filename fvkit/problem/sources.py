@@ -12,6 +12,7 @@ from fvkit.pointwise.part import Part, default
 from fvkit.problem.fields import is_number
 from fvkit.problem.model import Model
 from fvkit.problem.questions import SOURCE
+from fvkit.problem.relief import slopes_at, stretched, stretching, unstretched
 from fvkit.problem.turned import driven_in_plane, turned
 
 
@@ -135,8 +136,20 @@ def acted(sources, model, before, after, bearing, aux, dt):
 
     A source is driven by the transport and by the others: by those that went ahead of it as they have acted, by those that
     follow as their rates at ``before`` have it, within the momenta at hand. Where all of them balance the state stays, and
-    the whole is of second order. States may have the momenta across behind them, one for each phase.
+    the whole is of second order. States may have the momenta across behind them, one for each phase. On a steep bottom all
+    that happens in its tangent plane, see `fvkit.problem.relief`.
     """
+    slopes = slopes_at(model, aux)
+    if not slopes:
+        return acted_on_map(sources, model, before, after, bearing, aux, dt)
+    root = np.sqrt(stretching(slopes))
+    before, after = (stretched(model, state, slopes, root) for state in (before, after))
+    end = acted_on_map(sources, model.on_bed(root), before, after, bearing, aux, dt)
+    return unstretched(model, end, slopes, root)
+
+
+def acted_on_map(sources, model, before, after, bearing, aux, dt):
+    """Return what `acted` does of states whose momenta are those that friction acts on."""
     own, shares, pushed = len(model.conserved), [], after
     for source in sources if len(sources) > 1 else ():
         shares.append((expected if len(before) == own else expected_in_plane)(source, model, before, pushed, aux, dt))

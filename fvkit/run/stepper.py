@@ -117,7 +117,7 @@ class Stepper:
     def _largest(self, model: Any, direction: Direction) -> float:
         """Return the largest wave speed of the initial state along an axis, m/s."""
         q0, speed = self.problem.q0.reshape(len(self.problem.q0), -1), 0.0
-        aux = tuple(row.reshape(-1) for row in aux_rows(self.problem.model, self.problem.aux_averages))
+        aux = tuple(row.reshape(-1) for row in self.problem.given)
         with np.errstate(all="ignore"):
             for first in range(0, q0.shape[1], CHUNK):
                 q = tuple([q0[row, first:first + CHUNK] for row in direction.rows])

@@ -4,12 +4,12 @@ A scheme that works face by face preserves every state whose jumps and differenc
 background it preserves the background, whatever its truncation error, and resolves perturbations of it. Derived here.
 """
 
-import inspect
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from fvkit.pointwise import add, subtract
+from fvkit.problem.fields import seen_as
 from fvkit.problem.model import Model
 from fvkit.problem.questions import aux_places
 
@@ -19,12 +19,12 @@ def deviation(model: Model) -> Model:
 
     The cell averages of the steady flow are additional aux values, after those of the model.
     """
-    return _as(_seen_from_flow(type(model)), model)
+    return seen_as(model, _seen_from_flow(type(model)), {})
 
 
 def scanning(model: Model) -> Model:
     """Return a scalar model whose wave speeds are also sampled between the two states of a face."""
-    return _as(_scanning(type(model)), model)
+    return seen_as(model, _scanning(type(model)), {})
 
 
 def adding_up(model: Model, total: Callable[..., Any]) -> Model:
@@ -36,20 +36,12 @@ def adding_up(model: Model, total: Callable[..., Any]) -> Model:
             return total(ql, qr, auxl, auxr)
 
     AddingUp.__name__, AddingUp.__qualname__ = type(model).__name__, type(model).__qualname__
-    return _as(AddingUp, model)
+    return seen_as(model, AddingUp, {})
 
 
 def given_more(model: Model, more: Sequence[str]) -> Model:
     """Return a model with additional aux values for sources, after its own; the methods of the model do not receive them."""
-    return _as(_given_more(type(model), tuple(more)), model)
-
-
-def _as(kind: type[Model], model: Model) -> Model:
-    """Return a model of class ``kind`` with the fields of another model."""
-    result: Model = object.__new__(kind)
-    for name in (field.name for field in type(model).__attrs_attrs__):
-        object.__setattr__(result, name, getattr(model, name))
-    return result
+    return seen_as(model, _given_more(type(model), tuple(more)), {})
 
 
 @lru_cache(maxsize=64)
@@ -76,8 +68,9 @@ def _given_more(kind: Any, more: tuple[str, ...]) -> type[Model]:
 
         return method
 
+    may = {one.name for one in kind.questions if one.also}
     for name, places in aux_places(kind.questions).items():
-        if kind.defines(name) and max(places) < len(inspect.signature(getattr(kind, name)).parameters) - 1:
+        if kind.defines(name) and (name not in may or name in kind.takes_aux):
             setattr(GivenMore, name, cut(name, places))
     GivenMore.takes_aux = kind.takes_aux
     GivenMore.__name__, GivenMore.__qualname__ = kind.__name__, kind.__qualname__
@@ -112,7 +105,7 @@ def _seen_from_flow(kind: type[Model]) -> type[Model]:
 
         def relaxation(self, ql, qr, auxl, auxr, jump):
             auxl, auxr, flowl, flowr = split(auxl, auxr)
-            plain: Any = _as(kind, self)  # the unwrapped model, whose relaxation needs the full jump
+            plain: Any = seen_as(self, kind, {})  # the unwrapped model, whose relaxation needs the full jump
             own = plain.jump(flowl, flowr, auxl, auxr)
             waves, speeds = plain.relaxation(ql, qr, auxl, auxr, add(jump, own))
             standing, _ = plain.relaxation(flowl, flowr, auxl, auxr, own)

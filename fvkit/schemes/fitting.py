@@ -9,6 +9,7 @@ from fvkit.problem import answers, fields
 from fvkit.problem.directions import Direction
 from fvkit.problem.problem import Problem
 from fvkit.problem.questions import check_answers, samples
+from fvkit.problem.relief import over_slopes
 from fvkit.schemes.background import adding_up, given_more, scanning
 from fvkit.schemes.cautions import cautioned, says_nothing_of_the_matrix
 from fvkit.schemes.riemann import default_riemann
@@ -40,7 +41,9 @@ def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
     parts, found, own = _parts_for_model(problem, scheme, direction), problem.fields, len(problem.model.aux)
     if len(problem.grid.axes) > 1:
         parts = parts._replace(swept=True, across=len(direction.across))
-    rows = [f"{field.alias} of source {field.position}" for field in found for _ in range(field.size)]
+    if problem.model.relief() is not None:
+        parts = parts._replace(model=over_slopes(parts.model, len(problem.grid.axes), direction.number))
+    rows = [f"{field.alias} of source {field.position}" for field in found if field.position >= 0 for _ in range(field.size)]
     if parts.across and parts.joint:
         rows += [f"{what} of phase {k} across" for k in range(parts.across) for what in ("velocity", "push", "bearing mass")]
     rows += ["squeeze across"] if parts.across else []
@@ -89,7 +92,8 @@ def check_parts(problem: Problem, parts: Parts) -> None:
         if part is not None:
             check_answers(part, given)
     with np.errstate(all="ignore"):
-        _check_numbers(parts, *(given[name] for name in ("ql", "qr", "auxl", "auxr")))
+        behind = (np.zeros(q[0].shape),) * (len(parts.model.aux) - len(aux))
+        _check_numbers(parts, given["ql"], given["qr"], (*given["auxl"], *behind), (*given["auxr"], *behind))
 
 
 def _check_numbers(parts: Parts, ql: Any, qr: Any, auxl: Any, auxr: Any) -> None:

@@ -7,10 +7,15 @@ from typing import Any, ClassVar, Self
 import attrs
 import numpy as np
 
-from fvkit import Model, RiemannSolver
+from fvkit import Model, RiemannSolver, validation
+from fvkit.problem.fields import seen_as
 from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS
 from fvkit_granular.models.relaxation import Relaxation
+from fvkit_granular.models.steep import OnBed
 from fvkit_granular.models.wet_dry import resolved
+
+#: Equations for the slope of the ground.
+SLOPES = ("mild", "steep")
 
 
 @attrs.frozen
@@ -20,11 +25,14 @@ class ShallowFlow(Model, ABC):
     1. The fields ``g``, gravity, m/s^2, and ``dry``, a depth, m, or None, are parameters of the model.
     2. ``conserved_from(h, phi, vs, vf)`` converts primitive to conserved variables; ``depth(q)`` returns the depth.
     3. ``basal_load(q)`` is used by friction, ``poured(q, solid, fluid)`` by rain.
+    4. ``slope="steep"`` takes the equations for steep ground, see `fvkit_granular.models.steep`; ``"mild"`` those of the paper.
     """
 
     questions = QUESTIONS
     aux: ClassVar[tuple[str, ...]] = ("b",)
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = QUANTITIES
+
+    slope: str = validation.field(validation.choice, "mild", kw_only=True, known=SLOPES)
 
     @abstractmethod
     def conserved_from(self, h: Any, phi: Any, vs: Any = 0.0, vf: Any = 0.0) -> np.ndarray:
@@ -41,6 +49,15 @@ class ShallowFlow(Model, ABC):
     @abstractmethod
     def poured(self, q, solid, fluid):
         """Return the masses after adding depths of solid and fluid, m; a negative depth removes at most the existing mass."""
+
+    def relief(self) -> str | None:
+        return "b" if self.slope == "steep" else None
+
+    def on_slope(self, steepness: Any) -> Self:
+        return seen_as(self, type(self), {"g": self.g / steepness})
+
+    def on_bed(self, root: Any) -> Any:
+        return OnBed(self, 1.0 / root)
 
     def resolved(self, q0: np.ndarray) -> Self:
         return resolved(self, q0)

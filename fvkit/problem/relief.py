@@ -1,0 +1,139 @@
+"""Relief: equations over a steep bottom. Its slopes stand behind the aux values; sources act in its tangent plane.
+
+On a steep bottom gravity has a part in its tangent plane alone, and friction acts against the velocity along it. Waves and push see
+the equations of `Model.on_slope`, at a face with the mean slopes of both sides. For sources momenta are stretched by
+sqrt(1 + s^2) along the slope s and left alone across it: they are then those along the bottom, in which friction has no
+preferred direction. A level bottom leaves every bit. Derived here.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+
+from fvkit.pointwise import combine
+from fvkit.problem.fields import seen_as
+from fvkit.problem.grid import Grid
+from fvkit.problem.questions import aux_places
+
+
+@attrs.frozen(eq=False)
+class Slopes:
+    """Slopes of an aux function along each axis: a field of the problem, like those of its sources.
+
+    Of both one-sided differences a cell has the mean, at most twice the smaller one and 0 at a crest or in a pit: a cliff
+    between two cells is a wall, not a slope.
+
+    Parameters
+    ----------
+    values : cell averages, of the shape of the grid.
+    grid : the cells.
+    """
+
+    values: np.ndarray
+    grid: Grid
+    source: ClassVar[None] = None
+    position: ClassVar[int] = -1
+    name: ClassVar[str] = "slope"
+    alias: ClassVar[str] = "slope"
+    components: ClassVar[None] = None
+    steady: ClassVar[bool] = True
+
+    @property
+    def size(self) -> int:
+        """The number of rows, one for each axis."""
+        return len(self.grid.axes)
+
+    def at(self, t: float) -> np.ndarray:
+        """Return the slopes along each axis, (axes, *grid.shape)."""
+        axes = self.grid.axes
+        return np.array([_limited(self.values, len(axes) - 1 - k, axis.dx) for k, axis in enumerate(axes)])
+
+
+def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
+    """The limited slope of cell averages along an array axis; at both ends that of the only neighbour."""
+    if values.shape[axis] == 1:
+        return np.zeros(values.shape)
+    one_sided = np.diff(values, axis=axis) / dx
+    first, last = (np.take(one_sided, [k], axis=axis) for k in (0, -1))
+    behind = np.concatenate([first, one_sided], axis=axis)
+    ahead = np.concatenate([one_sided, last], axis=axis)
+    size = np.minimum(2.0 * np.minimum(np.abs(behind), np.abs(ahead)), 0.5 * np.abs(behind + ahead))
+    return np.asarray(np.where(behind * ahead > 0.0, np.sign(ahead) * size, 0.0))
+
+
+def over_slopes(model: Any, axes: int, number: int) -> Any:
+    """Return a model that finds the slopes of its bottom behind its own aux values.
+
+    Parameters
+    ----------
+    model : the equations; its `Model.relief` names the aux function.
+    axes : number of axes of the grid.
+    number : of the axis of the sweep.
+    """
+    return seen_as(model, _over_slopes(type(model), axes, number), {})
+
+
+@lru_cache(maxsize=64)
+def _over_slopes(kind: Any, axes: int, number: int) -> Any:
+    own = len(kind.aux)
+
+    class OverSlopes(kind):
+        """See `over_slopes`."""
+
+        aux = (*kind.aux, *("slope along x", "slope along y")[:axes])
+        slope_rows = (own,) if axes == 1 else (own + number, own + 1 - number)
+
+    def answering(name: str, places: tuple[int, ...], drops: bool) -> Callable[..., Any]:
+        def method(self: Any, *arguments: Any) -> Any:
+            given = [arguments[k] for k in places]
+            steepness = stretching(slopes_at(self, given[0] if len(given) == 1 else combine(0.5, given[0], 0.5, given[1])))
+            rest = [item[:own] if k in places else item for k, item in enumerate(arguments) if not (drops and k in places)]
+            return getattr(seen_as(self, kind, {}).on_slope(steepness), name)(*rest)
+
+        return method
+
+    also = {one.name for one in kind.questions if one.also}
+    for name, places in aux_places(kind.questions).items():
+        if kind.defines(name):
+            setattr(OverSlopes, name, answering(name, places, name in also and name not in kind.takes_aux))
+    OverSlopes.takes_aux = frozenset(name for name in also if kind.defines(name))
+    OverSlopes.__name__, OverSlopes.__qualname__ = kind.__name__, kind.__qualname__
+    return OverSlopes
+
+
+def slopes_at(model, aux):
+    """Return the slopes of the bottom along the sweep and across it; () without relief, and where it is level everywhere."""
+    slopes = tuple([aux[row] for row in model.slope_rows])
+    return () if all(type(slope) is float and slope == 0.0 for slope in slopes) else slopes
+
+
+def stretching(slopes):
+    """Return 1 + s^2 of the steepest slope s: the square of the length of the bottom over its length on the map."""
+    total = 1.0
+    for slope in slopes:
+        total = total + slope * slope
+    return total
+
+
+def stretched(model, state, slopes, root):
+    """Return a state with its momenta along the bottom, those across behind it if there are any; ``root`` of `stretching`."""
+    return _turned_up(model, state, slopes, 1.0 / (root + 1.0))
+
+
+def unstretched(model, state, slopes, root):
+    """Return the state that `stretched` has made this one of."""
+    return _turned_up(model, state, slopes, -1.0 / (root * (root + 1.0)))
+
+
+def _turned_up(model, state, slopes, share):
+    """Add to each momentum its component along the slopes, times the slopes and a share."""
+    result, own = list(state), len(model.conserved)
+    for k, phase in enumerate(model.phases):
+        rows = (phase.momentum, own + k)[:1 if len(state) == own else 2]
+        along = share * sum(state[row] * slope for row, slope in zip(rows, slopes, strict=False))
+        for row, slope in zip(rows, slopes, strict=False):
+            result[row] = state[row] + along * slope
+    return tuple(result)
