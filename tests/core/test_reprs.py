@@ -28,7 +28,7 @@ def things(problem):
 
 
 @pytest.mark.parametrize(("name", "words"), [
-    ("solution", ["TwoPhase(g=9.81", "20 cells on [-5, 5] m", "51 outputs", "FINISHED", "numpy"]),
+    ("solution", ["TwoPhase(slope='mild', g=9.81", "20 cells on [-5, 5] m", "51 outputs", "FINISHED", "numpy"]),
     ("stepper", ["TwoPhase", "WavePropagation", "t = 0 of 0.5 s", "0 steps"]),
     ("problem", ["TwoPhase", "num_cells=20", "t_end=0.5"]),
     ("scene", ["name='riemann'", "interval"]),

@@ -1,0 +1,157 @@
+"""Steep ground: what slides, holds and rests on it, at any azimuth, in one dimension and in two."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.problem.directions import in_plane
+from fvkit.problem.relief import Slopes
+
+G = 9.81
+MODELS = (gr.ShallowWater, gr.Reduced, gr.TwoPhase)
+
+
+def made(kind, **options):
+    """A model of dry grains in air."""
+    return kind(slope="steep", **options) if kind is gr.ShallowWater else kind(gamma=5e-4, slope="steep", **options)
+
+
+def load_share(model):
+    """The share of its weight that a dry layer has on the bed."""
+    return 1.0 - getattr(model, "gamma", 0.0)
+
+
+def slab(model, degrees, azimuth, nu, velocity=(0.0, 0.0), t_end=0.5, cells=5, **options):
+    """Velocity along x and y of a uniform layer on a plane that falls towards the azimuth."""
+    fall = np.tan(np.radians(degrees)) * np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
+
+    def initial(x, y):
+        one = np.ones(np.broadcast(x, y).shape)
+        return in_plane(model, *(model.conserved_from(one, one, v * one, v * one) for v in velocity))
+
+    problem = fv.Problem(model, fv.Grid((0.0, 0.0), (50.0, 50.0), (cells, cells)), initial, t_end,
+                         aux={"b": lambda x, y: -fall[0] * x - fall[1] * y}, boundary=gr.UniformSlope(),
+                         sources=gr.CoulombFriction(nu))
+    seen = fv.solve(problem, **options).observables()
+    name = "v" if "v_x" in seen else "vs"
+    return seen[f"{name}_x"], seen[f"{name}_y"]
+
+
+@pytest.mark.parametrize("kind", MODELS)
+@pytest.mark.parametrize("degrees", [5.0, 20.0, 45.0, 60.0])
+def test_a_slab_on_a_line(kind, degrees, backend):
+    model, slope, nu = made(kind), np.tan(np.radians(degrees)), 0.05
+    problem = fv.Problem(model, fv.Grid(0.0, 100.0, 20), lambda x: model.conserved_from(1.0 + 0.0 * x, 1.0), 1.0,
+                         aux={"b": lambda x: -slope * x}, boundary=gr.UniformSlope(), sources=gr.CoulombFriction(nu))
+    seen = fv.solve(problem, backend=backend).observables()
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    np.testing.assert_allclose(seen["v" if "v" in seen else "vs"], G * c * (s - load_share(model) * nu * c), rtol=1e-10)
+
+
+@pytest.mark.parametrize("kind", MODELS)
+@pytest.mark.parametrize("azimuth", [0.0, 30.0, 135.0, 260.0])
+def test_a_slab_at_every_azimuth(kind, azimuth):
+    model, nu = made(kind), 0.3
+    for degrees in (30.0, 60.0):
+        vx, vy = slab(model, degrees, azimuth, nu, backend="numpy")
+        c, s, a = np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), np.radians(azimuth)
+        v = 0.5 * G * c * (s - load_share(model) * nu * c)
+        np.testing.assert_allclose(vx, v * np.cos(a), rtol=1e-10, atol=1e-10 * v)
+        np.testing.assert_allclose(vy, v * np.sin(a), rtol=1e-10, atol=1e-10 * v)
+
+
+@pytest.mark.parametrize("degrees", [17.0, 40.0, 56.0])
+def test_it_holds_below_its_angle_and_slides_above(degrees):
+    for azimuth in (0.0, 20.0, 225.0):
+        tangent = np.tan(np.radians(degrees))
+        vx, vy = slab(gr.ShallowWater(slope="steep"), degrees, azimuth, 1.01 * tangent, backend="numpy")
+        assert not vx.any()
+        assert not vy.any()
+        vx, vy = slab(gr.ShallowWater(slope="steep"), degrees, azimuth, 0.99 * tangent, backend="numpy")
+        assert np.hypot(vx, vy).min() > 0.005
+
+
+@pytest.mark.parametrize("degrees", [30.0, 45.0, 60.0])
+def test_across_the_slope_friction_acts_along_the_bed(degrees):
+    """A point that is launched across a plane: an ODE of the three-dimensional velocity."""
+    slope, c, nu, end = np.tan(np.radians(degrees)), np.cos(np.radians(degrees)), 0.8, 0.3
+
+    def rate(t, v):
+        size = np.sqrt(v @ v + (slope * v[0]) ** 2)
+        return G * c * np.array([c * slope - nu * v[0] / size, -nu * v[1] / size])
+
+    exact = solve_ivp(rate, (0.0, end), (0.0, 3.0), rtol=1e-10, atol=1e-12).y[:, -1]
+    errors = []
+    for dt in (0.02, 0.01):
+        vx, vy = slab(gr.ShallowWater(slope="steep"), degrees, 0.0, nu, (0.0, 3.0), end, step=fv.Step(dt=dt), backend="numpy")
+        errors.append(max(np.abs(vx - exact[0]).max(), np.abs(vy - exact[1]).max()))
+    assert errors[0] < 1.5e-3
+    assert errors[0] > 3.5 * errors[1]
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_a_lake_with_islands_rests_over_steep_ground(kind, backend):
+    model = kind(slope="steep")
+    grid = fv.Grid((0.0, 0.0), (20.0, 16.0), (20, 16))
+
+    def bottom(x, y):
+        return 3.0 * np.sin(x) * np.cos(0.7 * y) + 0.1 * x
+
+    b = bottom(*np.meshgrid(grid.axes[0].centers, grid.axes[1].centers))
+    h = np.maximum(1.0 - b, 0.0)
+    q = in_plane(model, *(model.conserved_from(h, 0.4),) * 2)
+    problem = fv.Problem(model, grid, q, 2.0, aux={"b": b}, boundary=fv.Wall(),
+                         sources=() if kind is gr.ShallowWater else gr.CoulombFriction(0.3))
+    seen = fv.solve(problem, backend=backend).observables()
+    assert max(np.abs(seen[name][seen["h"] > 1e-6]).max() for name in seen if name.startswith("speed")) < 1e-12
+
+
+def test_a_level_bottom_leaves_every_bit(backend):
+    for kind in MODELS:
+        results = []
+        for slope in ("mild", "steep"):
+            model = kind(slope=slope)
+            problem = fv.Problem(model, fv.Grid(0.0, 1.0, 50),
+                                 lambda x, model=model: model.conserved_from(np.where(x < 0.5, 2.0, 1.0), 0.5, 1.0, 1.0), 0.05,
+                                 sources=gr.CoulombFriction(0.4))
+            results.append(fv.solve(problem, backend=backend).q[-1])
+        np.testing.assert_array_equal(*results)
+
+
+def test_an_eastern_slope_is_a_northern_one_turned(backend):
+    """A heap on a curved hillside along x, and the same along y: equal to the splitting error at most, here one sweep."""
+    model, runs = gr.TwoPhase(slope="steep"), []
+    for turned in (False, True):
+        def places(x, y, turned=turned):
+            return (y, x) if turned else (x, y)
+
+        def initial(x, y, places=places):
+            u, _ = places(x, y)
+            h = np.exp(-(((u - 3.0) / 1.5) ** 2)) + 0.0 * (x + y)
+            return in_plane(model, *(model.conserved_from(h, 0.6),) * 2)
+
+        problem = fv.Problem(model, fv.Grid((0.0, 0.0), (12.0, 12.0), (24, 24)), initial, 0.5,
+                             aux={"b": lambda x, y, places=places: 6.0 * np.exp(-places(x, y)[0] / 4.0) + 0.0 * (x + y)},
+                             sources=(gr.CoulombFriction(0.3), gr.ConstantDrag(2.0)))
+        runs.append(fv.solve(problem, backend=backend, nonhyperbolic="ignore").observables())
+    for name in ("h", "phi", "speed_s"):
+        np.testing.assert_allclose(runs[0][name], runs[1][name].T, rtol=1e-11, atol=1e-11)
+
+
+def test_slopes_of_a_plane_a_cliff_and_a_crest():
+    grid = fv.Grid((0.0, 0.0), (6.0, 4.0), (6, 4))
+    x, y = np.meshgrid(grid.axes[0].centers, grid.axes[1].centers)
+    along_x, along_y = Slopes(0.3 * x - 0.7 * y, grid).at(0.0)
+    np.testing.assert_allclose(along_x, 0.3, atol=1e-14)
+    np.testing.assert_allclose(along_y, -0.7, atol=1e-14)
+    cliff, _ = Slopes(np.where(x < 3.0, 0.0, 20.0), grid).at(0.0)
+    assert not cliff.any()
+    crest, _ = Slopes(-np.abs(x - 3.5), grid).at(0.0)
+    assert crest[0].tolist() == [1.0, 1.0, 1.0, 0.0, -1.0, -1.0]
+
+
+def test_a_word_that_is_neither():
+    with pytest.raises(ValueError, match="`slope` must be one of mild, steep"):
+        gr.TwoPhase(slope="step")
