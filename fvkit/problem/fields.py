@@ -146,19 +146,19 @@ def varying_over(grid: Grid, sources: Sequence[Any], components: int, t: float) 
     return found
 
 
-def averages(found: Sequence[Field], t: float) -> np.ndarray:
+def averages(found: Sequence[Any], t: float) -> np.ndarray:
     """Return the rows of all fields at time t, (rows, num_cells)."""
     return np.concatenate([field.at(t) for field in found])
 
 
-def with_numbers(source: Any, found: Sequence[Field], t: float) -> Any:
+def with_numbers(source: Any, found: Sequence[Any], t: float) -> Any:
     """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
     own = [field for field in found if field.source is source]
     first = {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own}
     return seen_as(source, type(source), first)
 
 
-def on_grid(sources: Sequence[Any], found: Sequence[Field], own: int) -> tuple[Any, ...]:
+def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any, ...]:
     """Return sources that look for their fields behind the ``own`` aux values of the model, and else see these alone."""
     places: dict[int, list[tuple[str, int, int | None]]] = {k: [] for k in range(-1, len(sources))}
     row = own

@@ -223,7 +223,7 @@ class Model(Part, ABC):
         raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_slope`")
 
     def on_bed(self, root: Any) -> Any:
-        """Return the equations as sources see them on a bottom of slope s, ``root`` = sqrt(1 + s^2): depth and load normal to it."""
+        """Return the equations as sources see them on a bottom of slope s, ``root`` = sqrt(1 + s^2): depth, load normal to it."""
         return self
 
     @default

@@ -1,7 +1,7 @@
 """Relief: equations over a steep bottom. Its slopes stand behind the aux values; sources act in its tangent plane.
 
-On a steep bottom gravity has a part in its tangent plane alone, and friction acts against the velocity along it. Waves and push see
-the equations of `Model.on_slope`, at a face with the mean slopes of both sides. For sources momenta are stretched by
+On a steep bottom only a part of gravity acts in its tangent plane, and friction acts against the velocity along it. Waves and
+push see the equations of `Model.on_slope`, at a face with the mean slopes of both sides. For sources momenta are stretched by
 sqrt(1 + s^2) along the slope s and left alone across it: they are then those along the bottom, in which friction has no
 preferred direction. A level bottom leaves every bit. Derived here.
 """
@@ -73,7 +73,8 @@ def over_slopes(model: Any, axes: int, number: int) -> Any:
     axes : number of axes of the grid.
     number : of the axis of the sweep.
     """
-    return seen_as(model, _over_slopes(type(model), axes, number), {})
+    kind: Any = type(model)
+    return seen_as(model, _over_slopes(kind, axes, number), {})
 
 
 @lru_cache(maxsize=64)

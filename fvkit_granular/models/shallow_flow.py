@@ -54,7 +54,8 @@ class ShallowFlow(Model, ABC):
         return "b" if self.slope == "steep" else None
 
     def on_slope(self, steepness: Any) -> Self:
-        return seen_as(self, type(self), {"g": self.g / steepness})
+        given: Any = self
+        return seen_as(self, type(self), {"g": given.g / steepness})
 
     def on_bed(self, root: Any) -> Any:
         return OnBed(self, 1.0 / root)
