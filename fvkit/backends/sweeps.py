@@ -43,13 +43,17 @@ class Report(NamedTuple):
 
 
 class Border(NamedTuple):
-    """A section of a side, with the ghost cells there and the cells that these look at, both along the axis."""
+    """A section of a side, with the ghost cells there and the cells that these look at, both along the axis.
+
+    ``kept`` holds the values of a steady condition, ``quiet`` says that its ghost cells are 0 where the cells they look at are.
+    """
 
     section: Section
     ghosts: slice
     seen: slice
     numbers: np.ndarray
     kept: Any
+    quiet: bool
 
 
 class Sweep(ABC):
@@ -88,7 +92,16 @@ class Sweep(ABC):
         ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
         count = np.arange(self.halo, 0, -1.0) if left else np.arange(1.0, self.halo + 1.0)
         kept = section.values(self.model, self.problem.t_start) if section.steady else None
-        return Border(section, _slice(ghosts), _slice(seen), count[:, None], kept)
+        return Border(section, _slice(ghosts), _slice(seen), count[:, None], kept, kept is not None and self._quiet(section, kept))
+
+    def _quiet(self, section: Section, values: Any) -> bool:
+        """Whether nothing comes in where nothing stands: of a state of zeros the ghost cells are zeros."""
+        end, zeros = section.first, (np.zeros(1),) * len(self.rows)
+        if any(np.any(through) for through in imposed(end, self.model, values)):
+            return False
+        with np.errstate(all="ignore"):
+            beyond = (*end.ghost(self.model, zeros, end.layer(values, np.ones(1))), *end.across(zeros[:len(self.aside)], 0.0))
+        return not any(np.any(item) for item in beyond)
 
     def lines(self, padded: np.ndarray) -> np.ndarray:
         """View of a padded array as (rows, cells along the axis and ghost cells, lines)."""
@@ -102,10 +115,13 @@ class Sweep(ABC):
         self.values = []
         for side in self.borders:
             self.values.append([])
-            for section, ghosts, seen, numbers, kept in side:
+            for section, ghosts, seen, numbers, kept, quiet in side:
                 values = section.values(model, t) if kept is None else kept
                 self.values[-1].append(values)
                 end, lanes = section.first, section.lanes
+                if quiet and not whole[:, seen, lanes].any():
+                    whole[:, ghosts, lanes] = 0.0
+                    continue
                 state = tuple(whole[row, seen, lanes] for row in self.rows)
                 for row, item in zip(self.rows, end.ghost(model, state, end.layer(values, numbers)), strict=True):
                     whole[row, ghosts, lanes] = item
@@ -121,7 +137,7 @@ class Sweep(ABC):
         """Fill the ghost cells of given rows: those of the model as the conditions say, others as the cells they look at."""
         whole = self.lines(padded)[rows]
         for side in self.borders:
-            for section, ghosts, seen, _, _ in side:
+            for section, ghosts, seen, _, _, _ in side:
                 if not of_the_model:
                     whole[:, ghosts, section.lanes] = whole[:, seen, section.lanes]
                     continue
@@ -239,7 +255,7 @@ class PlaneKernel(StepwiseKernel):
         first.fill(start, middle)
         self._look_round(start)
         if self.joint:
-            self._look_across(start, middle)
+            self._look_across(start, middle, first)
         if self.parts.across:
             self.given[first.number][-1] = 0.0
         one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
@@ -270,12 +286,16 @@ class PlaneKernel(StepwiseKernel):
     def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         """Find where something stands, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the rest."""
 
-    def _look_across(self, q: np.ndarray, t: float) -> None:
-        """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it."""
+    def _look_across(self, q: np.ndarray, t: float, filled: Sweep) -> None:
+        """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it.
+
+        The ghost cells of the sweep ``filled`` hold those of time t already.
+        """
         for sweep, other in zip(self.sweeps, self.sweeps[::-1], strict=True):
             given = self.given[other.number]
             target = given[len(given) - 1 - 3 * self.parts.across:len(given) - 1]
-            sweep.fill(q, t)
+            if sweep is not filled:
+                sweep.fill(q, t)
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 #: Cells of a block along each axis, a multiple of the lines of a tile.
-SIDE = 32
+SIDE = 16
 
 
 class ActiveBlocks:
