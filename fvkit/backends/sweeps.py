@@ -92,7 +92,8 @@ class Sweep(ABC):
         ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
         count = np.arange(self.halo, 0, -1.0) if left else np.arange(1.0, self.halo + 1.0)
         kept = section.values(self.model, self.problem.t_start) if section.steady else None
-        return Border(section, _slice(ghosts), _slice(seen), count[:, None], kept, kept is not None and self._quiet(section, kept))
+        quiet = kept is not None and self._quiet(section, kept)
+        return Border(section, _slice(ghosts), _slice(seen), count[:, None], kept, quiet)
 
     def _quiet(self, section: Section, values: Any) -> bool:
         """Whether nothing comes in where nothing stands: of a state of zeros the ghost cells are zeros."""
