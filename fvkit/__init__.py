@@ -28,6 +28,7 @@ from fvkit.problem.sources import Forcing, Source
 from fvkit.problem.teaching_models import Acoustics, Advection, Burgers
 from fvkit.run.checkpoint import Checkpoint
 from fvkit.run.control import Limits
+from fvkit.run.cross_section import CrossSection
 from fvkit.run.observers import Extremes, Gauge, Observer
 from fvkit.run.recording import Stream
 from fvkit.run.resume import resume
@@ -52,13 +53,13 @@ __version__ = VERSION
 
 __all__ = [
     "ARK4", "DP5", "HLL", "MC", "MP5", "MUSCL", "SSPRK3", "SSPRK104", "WENO5", "Acoustics", "Advection", "Along",
-    "BoundaryCondition", "Burgers", "Checkpoint", "Convergence", "Extremes", "Forcing", "Gauge", "Godunov", "Grid", "Inflow",
-    "Integrator", "Interrupted", "Keep", "Limiter", "Limits", "MethodOfLines", "Minmod", "Model", "NoLimiter", "Observer",
-    "OrderError", "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann", "Reconstruction",
-    "RiemannSolver", "Roe", "Rusanov", "Samples", "Scheme", "Solution", "SolveError", "Source", "Splitting", "Stats", "Status",
-    "Step", "Stepper", "Stop", "StopAtRest", "Strang", "Stream", "Superbee", "SweepResult", "ThirdOrder", "VanLeer", "Wall",
-    "WavePropagation", "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs", "save", "solve", "sweep",
-    "where",
+    "BoundaryCondition", "Burgers", "Checkpoint", "Convergence", "CrossSection", "Extremes", "Forcing", "Gauge", "Godunov",
+    "Grid", "Inflow", "Integrator", "Interrupted", "Keep", "Limiter", "Limits", "MethodOfLines", "Minmod", "Model",
+    "NoLimiter", "Observer", "OrderError", "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann",
+    "Reconstruction", "RiemannSolver", "Roe", "Rusanov", "Samples", "Scheme", "Solution", "SolveError", "Source", "Splitting",
+    "Stats", "Status", "Step", "Stepper", "Stop", "StopAtRest", "Strang", "Stream", "Superbee", "SweepResult", "ThirdOrder",
+    "VanLeer", "Wall", "WavePropagation", "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs", "save",
+    "solve", "sweep", "where",
 ]
 
 

@@ -11,7 +11,8 @@ from fvkit_granular.models.relaxation import Relaxation
 from fvkit_granular.models.shallow_water import ShallowWater
 from fvkit_granular.models.two_layer import TwoLayer
 from fvkit_granular.models.two_phase import TwoPhase
-from fvkit_granular.observers import Front
+from fvkit_granular.observers.front import Front
+from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.scenes import shapes
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
@@ -33,10 +34,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FixedLevel", "Front", "FunctionReference",
-    "GivenFlow", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced",
-    "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning",
-    "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "plots",
-    "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
+    "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain",
+    "Reduced", "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow",
+    "SteepSlopeWarning", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
+    "load_scene", "plots", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
 ]
 
 

@@ -51,3 +51,13 @@ def transposed(q):
     """A state of one phase or more with x and y exchanged: (mass, momentum x, momentum y) for each phase of one mass."""
     rows = [row for k in range(0, len(q), 3) for row in (k, k + 2, k + 1)]
     return np.swapaxes(q[rows], 1, 2)
+
+
+def hillside(model, cells=(24, 16), t_end=1.5):
+    """A heap of debris that runs down a hillside into a closed basin; the rest of the ground is dry."""
+    def initial(x, y):
+        return state(model, np.where((x - 3.0) ** 2 + (y - 4.5) ** 2 < 4.0, 1.5, 0.0), 0.55)
+
+    sources = (gr.CoulombFriction(0.2), *((gr.ConstantDrag(3.0),) if len(model.phases) > 1 else ()))
+    return fv.Problem(model, fv.Grid((0.0, 0.0), (12.0, 8.0), cells), initial, t_end,
+                      aux={"b": lambda x, y: np.maximum(5.0 - 0.6 * x, 0.3) + 0.1 * y}, boundary=CLOSED, sources=sources)

@@ -1,0 +1,130 @@
+"""`CrossSection`: discharge and volume through a line across a flow, for ``observers`` of `fvkit.solve`."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import attrs
+import numpy as np
+
+from fvkit import validation
+from fvkit.problem.answers import mass_flux
+from fvkit.problem.grid import Grid
+from fvkit.problem.problem import Problem
+from fvkit.run.observers import Observer
+
+
+def _line(value: Any) -> np.ndarray:
+    """Return a polyline, (k, 2), of at least two points."""
+    points = validation.array(value, "line")
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
+        raise ValueError(f"`line` must be a list of at least two points (x, y), got {validation.shown(value)}")
+    if (np.hypot(*np.diff(points, axis=0).T) == 0.0).any():
+        raise ValueError("`line` must not have the same point twice in a row, got one that has")
+    return points
+
+
+@attrs.define(eq=False)
+class CrossSection(Observer):
+    """Cross-section: discharge of every mass through a line, and the volume that has passed, on a grid with two axes.
+
+    The discharge is the sum of h v . n over the pieces of the line within each cell, of cell averages: accurate to about a cell.
+    It is positive for flow from the left to the right of somebody who walks from the first point to the last.
+
+    Parameters
+    ----------
+    line : points (x, y), m, at least two, within the grid.
+
+    Attributes
+    ----------
+    t : numpy.ndarray
+        (k,) times, s, starting with the initial time.
+    discharge : dict
+        {mass: (k,)}, m^3/s, such as those of "hs" and "hf" of two phases.
+    volume : dict
+        {mass: (k,)}, m^3, that has passed by each time, by the trapezoidal rule.
+
+    Raises
+    ------
+    ValueError
+        When the run starts, for a line outside the grid, a grid with one axis, or a model without masses.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> grid = fv.Grid((0.0, 0.0), (10.0, 4.0), (20, 8))
+    >>> river = fv.Problem(gr.ShallowWater(), grid, lambda x, y: [0.0 * x + 1.0, 0.0 * x + 2.0, 0.0 * x], 0.5)
+    >>> line = fv.CrossSection([(5.0, 4.0), (5.0, 0.0)])  # downwards: its left is in the east
+    >>> solution = fv.solve(river, backend="numpy", observers=line)
+    >>> print(f"{line.discharge['h'][-1]:.6f} {line.volume['h'][-1]:.6f}")
+    -8.000000 -4.000000
+    """
+
+    line: np.ndarray = attrs.field(converter=_line)
+    _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
+    _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
+    _notes: list[np.ndarray] = attrs.field(factory=list, init=False, repr=False)
+
+    def begin(self, problem: Problem) -> None:
+        if len(problem.grid.axes) != 2:
+            raise ValueError("a CrossSection is a line across a grid with two axes, got a grid with one: take fv.Gauge at a "
+                             "position")
+        if not problem.model.phases:
+            raise ValueError(f"a CrossSection counts masses, but {type(problem.model).__name__} has no `phases`")
+        self._pieces = _pieces(self.line, problem.grid)
+        self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
+        self._notes = []
+
+    def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
+        if self._pieces is None:
+            raise RuntimeError("`begin` must be called first")
+        cells, normals = self._pieces
+        here = q.reshape(len(q), -1)[:, cells]
+        through = np.zeros(len(self._names))
+        for direction, normal in zip(problem.directions, normals, strict=True):
+            flux = mass_flux(direction.model, tuple(here[list(direction.rows)]))
+            through += [float(normal @ flux[row]) for row in direction.model.mass_rows()]
+        self._notes.append(np.array([t, *through]))
+
+    def record(self) -> dict[str, np.ndarray]:
+        return {"notes": np.array(self._notes).reshape(-1, 1 + len(self._names))}
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        if record["notes"].shape[1] != 1 + len(self._names):
+            raise ValueError(f"a CrossSection has a time and {len(self._names)} discharges in each note")
+        self._notes = list(record["notes"])
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times, (k,), s."""
+        return np.array([note[0] for note in self._notes])
+
+    @property
+    def discharge(self) -> dict[str, np.ndarray]:
+        """Discharge of every mass, {name: (k,)}, m^3/s."""
+        return {name: np.array([note[1 + k] for note in self._notes]) for k, name in enumerate(self._names)}
+
+    @property
+    def volume(self) -> dict[str, np.ndarray]:
+        """Volume of every mass that has passed, {name: (k,)}, m^3."""
+        steps = np.diff(self.t)
+        return {name: np.concatenate([[0.0], np.cumsum(0.5 * steps * (q[1:] + q[:-1]))]) for name, q in self.discharge.items()}
+
+
+def _pieces(line: np.ndarray, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cells that a line passes through, (k,), and the normal of its piece in each times its length, (2, k), m."""
+    cells, normals = [], []
+    for start, end in pairwise(line):
+        way = end - start
+        cuts = [np.array([0.0, 1.0])]
+        for axis, first, step in zip(grid.axes, start, way, strict=True):
+            if step != 0.0:
+                shares = (axis.edges - first) / step
+                cuts.append(shares[(shares > 0.0) & (shares < 1.0)])
+        shares = np.unique(np.concatenate(cuts))
+        middles = start + 0.5 * (shares[1:] + shares[:-1])[:, None] * way
+        grid.cells_at([start, end], "`line` of a CrossSection")
+        cells.append(grid.cells_at(middles, "`line` of a CrossSection"))
+        normals.append(np.array([[way[1]], [-way[0]]]) * np.diff(shares))
+    return np.concatenate(cells), np.concatenate(normals, axis=1)

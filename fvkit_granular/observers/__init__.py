@@ -1,0 +1,1 @@
+"""Observers of granular flows: the front of a flow, and maps of the hazard."""
