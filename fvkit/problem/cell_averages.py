@@ -65,7 +65,7 @@ def _nodes(axis: Axis) -> np.ndarray:
 
 def _values(function: Callable[..., Any], places: list[np.ndarray], rows: int | None, name: str) -> np.ndarray:
     """What a function returns at places, checked."""
-    _check_arguments(function, len(places), name)
+    check_arguments(function, len(places), name)
     raw, shape, call = function(*places), places[0].shape, f"`{name}({', '.join(NAMES[:len(places)])})`"
     if not isinstance(raw, (np.ndarray, list, tuple)):
         raw = validation.floats(raw, call.strip("`"))
@@ -93,7 +93,7 @@ def levelled(depth: np.ndarray) -> np.ndarray:
     return np.where((blocks < 0.0).any(axis=(1, 3), keepdims=True), np.maximum(mean, 0.0), blocks).reshape(depth.shape)
 
 
-def _check_arguments(function: Callable[..., Any], count: int, name: str) -> None:
+def check_arguments(function: Callable[..., Any], count: int, name: str) -> None:
     """Raise TypeError where a function cannot be called with the places."""
     try:
         inspect.signature(function).bind(*NAMES[:count])

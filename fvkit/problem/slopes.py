@@ -6,12 +6,12 @@ from fvkit.pointwise import least
 
 
 def resolved_steps(values: np.ndarray) -> np.ndarray:
-    """Return, for each cell but the first and the last, the smaller of its differences to both neighbours, (n - 2,); 0 where
-    these have different signs.
+    """Return, for each cell but the first and the last along the last axis, the smaller of its differences to both neighbours,
+    (..., n - 2); 0 where these have different signs.
 
     A slope over several cells is the same step again and again; a cliff is a step at one face, and 0 here.
     """
-    before, after = np.diff(values)[:-1], np.diff(values)[1:]
+    before, after = np.diff(values)[..., :-1], np.diff(values)[..., 1:]
     return np.where(before * after > 0.0, np.sign(before) * np.minimum(np.abs(before), np.abs(after)), 0.0)
 
 

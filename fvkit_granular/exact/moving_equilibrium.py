@@ -193,7 +193,7 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
 
 
 def _state(inflow: Mapping[str, float]) -> dict[str, float]:
-    flow = whole_flow(inflow, "inflow", "`inflow`")
+    flow = whole_flow(inflow, name="inflow", what="`inflow`")
     return {"h": real(flow["h"], "h", above=0.0), "phi": real(flow["phi"], "phi", above=0.0, below=1.0),
             "vs": real(flow["vs"], "vs"), "vf": real(flow["vf"], "vf")}
 

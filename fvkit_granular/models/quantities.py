@@ -1,12 +1,14 @@
 """Quantities of the granular models: units, long names after the CF conventions, and conversion of primitive variables."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from fvkit import validation
 from fvkit.problem.cell_averages import levelled
+from fvkit.problem.directions import in_plane
+from fvkit.problem.grid import NAMES
 from fvkit.problem.model import Model
 from fvkit.problem.questions import Question
 
@@ -77,27 +79,39 @@ def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarra
     return depth, fraction, solid, fluid
 
 
-def whole_flow(given: Any, name: str = "initial(x)", what: str = "`initial(x)`: a flow") -> dict[str, Any]:
-    """Return the primitive variables {h, phi, vs, vf} of a user's mapping, velocities 0 if missing; ``name`` is for errors."""
+def velocities(axes: int) -> tuple[str, ...]:
+    """Return the names of the velocities of a flow: vs and vf; with two axes vs_x, vf_x, vs_y and vf_y, those along x first."""
+    return ("vs", "vf") if axes == 1 else tuple(f"{name}_{axis}" for axis in NAMES for name in ("vs", "vf"))
+
+
+def flow_names(axes: int) -> tuple[str, ...]:
+    """Return the names of the primitive variables of a flow: h, phi and the velocities."""
+    return ("h", "phi", *velocities(axes))
+
+
+def whole_flow(given: Any, axes: int = 1, name: str = "initial(x)", what: str = "`initial(x)`: a flow") -> dict[str, Any]:
+    """Return the primitive variables of a user's mapping, velocities 0 if missing; ``name`` and ``what`` are for errors."""
     flow = dict(validation.mapping(given, name, "{'h': 1.0, 'phi': 0.5}"))
-    unknown = [key for key in flow if key not in ("h", "phi", "vs", "vf")]
+    moving = velocities(axes)
+    unknown = [key for key in flow if key not in ("h", "phi", *moving)]
     if unknown or not {"h", "phi"} <= flow.keys():
-        raise ValueError(f"{what} needs h and phi, and takes vs and vf (0 where missing; an initial state may give surface, its "
-                         "level, for h); got "
+        where = " on a grid with two axes" if axes > 1 else ""
+        raise ValueError(f"{what}{where} needs h and phi, and takes {', '.join(moving[:-1])} and {moving[-1]} (0 where missing; "
+                         "an initial state may give surface, its level, for h); got "
                          f"{', '.join(map(str, flow)) or 'nothing'}")
-    return {"vs": 0.0, "vf": 0.0} | flow
+    return dict.fromkeys(moving, 0.0) | flow
 
 
-def over_ground(given: Any, x: np.ndarray, ground: Callable[[np.ndarray], Any] | None,
+def over_ground(given: Any, places: Sequence[np.ndarray], ground: Callable[..., Any] | None,
                 depth: Callable[[np.ndarray], np.ndarray]) -> Any:
     """Return primitive variables with ``surface`` replaced by the depth h = depth(surface - bottom); unchanged without it.
 
     Parameters
     ----------
     given : {surface, phi, vs, vf}; an h given beside ``surface`` must agree with it.
-    x : points, m, (m,).
-    ground : x -> bottom, m; None if the bottom is unknown.
-    depth : level minus bottom (m,) -> h.
+    places : points, m: x, or x and y, of one shape.
+    ground : places -> bottom, m; None if the bottom is unknown.
+    depth : level minus bottom, of that shape -> h.
 
     Raises
     ------
@@ -111,18 +125,20 @@ def over_ground(given: Any, x: np.ndarray, ground: Callable[[np.ndarray], Any] |
         if "h" not in flow:
             raise ValueError("a flow gives `surface`, its level, where no bottom is known: give h")
         return flow
+    x = places[0]
     level = over(x, given["surface"], "surface")
-    above = level - ground(x)
+    above = level - ground(*places)
     differs = np.abs(over(x, flow.get("h", np.maximum(above, 0.0)), "h") - np.maximum(above, 0.0)) > 1e-9 * (1.0 + np.abs(level))
     if differs.any():
-        place, h = x[differs][0], over(x, flow["h"], "h")[differs][0]
+        h = over(x, flow["h"], "h")[differs][0]
+        place = ", ".join(f"{name} = {one[differs][0]:.6g}" for name, one in zip(NAMES, places, strict=False))
         raise ValueError(f"`surface` of the initial state lies over another bottom than that of the scene, or contradicts `h`: "
-                         f"at x = {place:.6g} they make h {max(above[differs][0], 0.0):.6g} and {h:.6g}; give one of them")
+                         f"at {place} they make h {max(above[differs][0], 0.0):.6g} and {h:.6g}; give one of them")
     return flow | {"h": depth(above)}
 
 
 def over(x: np.ndarray, value: Any, name: str) -> np.ndarray:
-    """Return a number, or values at the points ``x`` (m,), as an array (m,); ``name`` is for errors."""
+    """Return a number, or values at the points ``x`` (m,) or (my, mx), as an array of that shape; ``name`` is for errors."""
     values = validation.floats(value, name)
     if values.shape not in ((), x.shape):
         raise ValueError(f"`{name}` must have shape {x.shape} for x of that shape, or be a number, got shape {values.shape}")
@@ -155,17 +171,28 @@ def critical_depth(q: float, g: float = 9.81) -> float:
     """
     return (validation.real(q, "q") ** 2 / validation.real(g, "g", above=0.0)) ** (1.0 / 3.0)
 
-Flow = Callable[[np.ndarray], Mapping[str, Any]]
+
+#: A function of x, or of x and y, that returns the primitive variables of a flow, see `flow_names`.
+Flow = Callable[..., Mapping[str, Any]]
 
 
-def conserved(model: Any, flow: Flow, ground: Callable[[np.ndarray], Any] | None = None) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the function x (m,) -> conserved values (num_eqn, m) of ``model`` for a function x -> {h, phi, vs, vf}.
+def conserved(model: Any, flow: Flow, ground: Callable[..., Any] | None = None) -> Callable[..., np.ndarray]:
+    """Return the function of places -> conserved values (rows, *places) of ``model`` for a function -> primitive variables.
 
-    With a bottom ``ground``, x -> b, the flow may contain ``surface``, its level, instead of h. Partly dry cells then get the
-    depth of the level over their mean bottom, and x must be all nodes of cells, see `fvkit.problem.cell_averages.levelled`.
+    The flow is x (m,) -> {h, phi, vs, vf}, with two axes x and y (my, mx) -> {h, phi, vs_x, vs_y, vf_x, vf_y}. With a bottom
+    ``ground``, a function of the same places -> b, it may contain ``surface``, its level, instead of h. Partly dry cells
+    then get the depth of the level over their mean bottom, and the places must be all nodes of cells, see
+    `fvkit.problem.cell_averages.levelled`.
     """
-    def values(x: np.ndarray) -> np.ndarray:
-        state = whole_flow(over_ground(flow(x), x, ground, levelled))
-        return model.conserved_from(*(over(x, state[name], name) for name in ("h", "phi", "vs", "vf")))
+    def values(*places: np.ndarray) -> np.ndarray:
+        state = whole_flow(over_ground(flow(*places), places, ground, levelled), len(places))
+        return conserved_from(model, {name: over(places[0], value, name) for name, value in state.items()}, len(places))
 
     return values
+
+
+def conserved_from(model: Any, state: Mapping[str, Any], axes: int) -> np.ndarray:
+    """Return the conserved values (rows, ...) of ``model`` from all primitive variables, see `flow_names`."""
+    moving = velocities(axes)
+    along = [model.conserved_from(*(state[name] for name in ("h", "phi", *moving[2 * k:2 * k + 2]))) for k in range(axes)]
+    return along[0] if axes == 1 else in_plane(model, *along)

@@ -10,7 +10,9 @@ import numpy as np
 from fvkit import Grid, validation
 from fvkit.output.solution import Solution
 from fvkit.problem.cell_averages import cell_averages
-from fvkit_granular.models.quantities import conserved
+from fvkit.problem.directions import component_names
+from fvkit.problem.grid import Axis
+from fvkit_granular.models.quantities import Flow, conserved, conserved_from
 
 #: The only kinds of reference.
 KINDS = ("exact", "semi-exact", "self-converged")
@@ -21,7 +23,7 @@ class Reference(ABC):
     """Abstract reference solution. Contract:
 
     1. ``kind`` is ``"exact"``, ``"semi-exact"`` (depends on a path) or ``"self-converged"``; ``detail`` is one sentence.
-    2. ``averages(model, grid, t)`` returns cell averages (num_eqn, num_cells) of what the flow is to ``model``.
+    2. ``averages(model, grid, t)`` returns cell averages (rows, *grid.shape) of what the flow is to ``model``.
     3. ``path_sensitivity()`` returns how much hangs on the path across shocks, with a line of ``text``; None if nothing.
 
     Parameters
@@ -50,14 +52,14 @@ class FunctionReference(Reference):
     ----------
     kind : one of ``KINDS``.
     detail : one sentence: which solution, how accurate.
-    at : (x, t) -> {h, phi, vs, vf}.
-    bottom : x -> b, m, under a flow that gives ``surface`` for h.
+    at : (x, t) -> {h, phi, vs, vf}; with two axes (x, y, t) -> {h, phi, vs_x, vs_y, vf_x, vf_y}.
+    bottom : x, or x and y -> b, m, under a flow that gives ``surface`` for h.
     sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
     """
 
-    at: Callable[[np.ndarray, float], Mapping[str, Any]] = validation.field(
+    at: Callable[..., Mapping[str, Any]] = validation.field(
         validation.function, hint="(x, t) -> {h, phi, vs, vf}", kw_only=True, repr=False)
-    bottom: Callable[[np.ndarray], Any] | None = validation.field(
+    bottom: Callable[..., Any] | None = validation.field(
         validation.function, None, optional=True, hint="x -> b", kw_only=True, repr=False)
     sensitivity: Callable[[], dict[str, Any] | None] | None = validation.field(
         validation.function, None, optional=True, hint="without arguments", kw_only=True, repr=False)
@@ -66,8 +68,8 @@ class FunctionReference(Reference):
         return None if self.sensitivity is None else self.sensitivity()
 
     def averages(self, model: Any, grid: Grid, t: float) -> np.ndarray:
-        values = conserved(model, lambda x: self.at(x, t), self.bottom)
-        return cell_averages(values, grid, len(model.conserved), "reference")
+        values = conserved(model, lambda *places: self.at(*places, t), self.bottom)
+        return cell_averages(values, grid, len(component_names(model, grid)), "reference")
 
 
 @attrs.frozen(eq=False)
@@ -85,18 +87,25 @@ class SelfConverged(Reference):
         validation.instance, kind=Solution, hint="such as fv.solve returns it", kw_only=True, repr=False)
 
     def averages(self, model: Any, grid: Grid, t: float) -> np.ndarray:
-        fine = self.solution.grid
         seen = self.solution.observables(int(np.argmin(np.abs(self.solution.t - t))))
-        q = model.conserved_from(*(seen[name] for name in ("h", "phi", "vs", "vf")))
-        integrals = np.concatenate([np.zeros((len(q), 1)), np.cumsum(q, axis=1) * fine.dx], axis=1)
-        return np.array([np.diff(np.interp(grid.edges, fine.edges, row)) / grid.dx for row in integrals])
+        q = conserved_from(model, seen, len(grid.axes))
+        for k, (fine, coarse) in enumerate(zip(self.solution.grid.axes, grid.axes, strict=True), start=1):
+            q = np.apply_along_axis(_averaged, -k, q, fine, coarse)
+        return q
 
 
-def still(flow: Callable[[np.ndarray], Mapping[str, Any]], bottom: Callable[..., Any] | None = None) -> FunctionReference:
-    """Return the reference of a flow x -> {h, phi, vs, vf} at rest, over ``bottom`` if it gives ``surface`` for h."""
-    return FunctionReference("exact", "the initial state for ever", at=lambda x, t: flow(x), bottom=bottom)
+def _averaged(values: np.ndarray, fine: Axis, coarse: Axis) -> np.ndarray:
+    """Averages over the cells of a coarse axis, of averages along a line of a fine one."""
+    integrals = np.concatenate([np.zeros(1), np.cumsum(values) * fine.dx])
+    return np.diff(np.interp(coarse.edges, fine.edges, integrals)) / coarse.dx
+
+
+def still(flow: Flow, bottom: Callable[..., Any] | None = None) -> FunctionReference:
+    """Return the reference of a flow at rest, a function of x, or of x and y, over ``bottom`` if it gives ``surface`` for h."""
+    return FunctionReference("exact", "the initial state for ever", at=lambda *places: flow(*places[:-1]), bottom=bottom)
 
 
 def one_velocity(seen: Mapping[str, Any], phi: Any) -> dict[str, Any]:
-    """Return {h, phi, vs, vf} of a depth h and a single velocity v."""
-    return {"h": seen["h"], "phi": phi, "vs": seen["v"], "vf": seen["v"]}
+    """Return the primitive variables of a depth h and a single velocity: v, or v_x and v_y with two axes."""
+    return {"h": seen["h"], "phi": phi} | {f"{phase}{name[1:]}": value for name, value in seen.items() if name[0] == "v"
+                                           for phase in ("vs", "vf")}

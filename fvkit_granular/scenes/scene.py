@@ -1,13 +1,17 @@
 """`Scene`: physics without numerics, and the reference that it is measured against."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import attrs
 import numpy as np
 
 from fvkit import Grid, Model, Outflow, Problem, validation
+from fvkit.problem.cell_averages import check_arguments
+from fvkit.problem.grid import NAMES
 from fvkit.problem.problem import boundary_pair, source_list
+from fvkit.problem.side import four_sides
 from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import Flow, conserved, over_ground, whole_flow
 from fvkit_granular.scenes.reference import Reference
@@ -33,19 +37,33 @@ def _reference(value: Any) -> Any:
     return value if isinstance(value, Reference) else validation.function(value, "reference", "of the scene, or a gr.Reference")
 
 
+def _interval(value: Any, name: str) -> Any:
+    """Return (lower, upper), two numbers, or two corners with two axes, checked."""
+    given = value.tolist() if isinstance(value, np.ndarray) else value
+    if not isinstance(given, (tuple, list)) or len(given) != 2 or not any(isinstance(end, (tuple, list)) for end in given):
+        return validation.interval(value, name)
+    if not all(isinstance(end, (tuple, list)) and len(end) == len(NAMES) for end in given):
+        raise ValueError(f"`{name}` must be a pair (lower, upper), or corners ((x0, y0), (x1, y1)) for two axes, got "
+                         f"{validation.shown(value)}")
+    along = zip(NAMES, zip(*given, strict=True), strict=True)
+    return tuple(zip(*(validation.interval(ends, f"{name}` along `{axis}") for axis, ends in along), strict=True))
+
+
 @attrs.frozen(eq=False)
 class Scene:
-    """A flow to be computed, in physical terms, for any of the models.
+    """A flow to be computed, in physical terms, for any of the models, along a line or on a plane.
 
     Parameters
     ----------
-    interval : (lower, upper), m.
+    interval : (lower, upper), m; with two axes corners ((x0, y0), (x1, y1)), as `fvkit.Grid` takes them.
     t_end : end time, s, positive.
-    initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing. ``surface``, the level in m, may
+    initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing. With two axes a function of x and y,
+        each (my, mx) -> {h, phi, vs_x, vs_y, vf_x, vf_y}. ``surface``, the level in m, may
         stand for h: h = max(surface - bottom, 0), in cells that are dry in part over their mean bottom, so that a lake is at rest
         on every grid (a change of its volume by O(dx^2), at shores alone). Use it rather than max(level - b(x), 0).
-    bottom : height b of the bottom, m: function of x, cell averages, or number.
-    boundary : one boundary condition, or (left, right); kept as the pair.
+    bottom : height b of the bottom, m: function of x, cell averages, or number; with two axes of x and y, or averages (ny, nx).
+    boundary : one boundary condition, or (left, right); kept as the pair. With two axes one, (west, east, south, north), or a
+        mapping of these names, as `fvkit.Problem` takes them; kept as the four.
     sources : a source or a sequence of them; kept as a tuple. Drag is left out for models with one velocity.
     g : gravity, m/s^2.
     gamma : density ratio fluid/solid in (0, 1).
@@ -54,11 +72,11 @@ class Scene:
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
     """
 
-    interval: tuple[float, float] = validation.field(validation.interval)
+    interval: Any = validation.field(_interval)
     t_end: float = validation.number(above=0.0)
-    initial: Flow = validation.field(validation.function, hint="x -> {h, phi, vs, vf}", repr=False)
+    initial: Flow = validation.field(validation.function, hint="x -> {h, phi, vs, vf}, or of x and y", repr=False)
     bottom: Any = attrs.field(default=0.0, repr=False)
-    boundary: Any = attrs.field(factory=Outflow, converter=boundary_pair)
+    boundary: Any = attrs.field(factory=Outflow)
     sources: Any = attrs.field(default=(), converter=source_list)
     g: float = validation.number(9.81, above=0.0)
     gamma: float = validation.number(0.5, above=0.0, below=1.0, hint="density of the fluid over density of the solid")
@@ -69,8 +87,32 @@ class Scene:
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(ascending))
 
     def __attrs_post_init__(self) -> None:
+        object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
+        if len(self.axes) > 1:
+            check_arguments(self.initial, len(self.axes), "initial")
+            if callable(self.bottom):
+                check_arguments(self.bottom, len(self.axes), "bottom")
         if isinstance(self.bottom, Profile):
             self.bottom.warn_of_units()
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of its axes: ("x",), or ("x", "y")."""
+        return NAMES[:np.ndim(self.interval)]
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], ...]:
+        """(lower, upper) of each axis, m."""
+        return (self.interval,) if len(self.axes) == 1 else tuple(zip(*self.interval, strict=True))
+
+    def grid(self, cells: Any) -> Grid:
+        """Return the grid of a number of cells; with two axes of so many along x and nearly square ones, or of (nx, ny)."""
+        if len(self.axes) > 1 and not isinstance(cells, (tuple, list)):
+            along = validation.whole(cells, "cells", at_least=1, hint="the number along x, or a pair (nx, ny)")
+            (x0, x1), (y0, y1) = self.ends
+            cells = along, max(1, round(along * (y1 - y0) / (x1 - x0)))
+        lower, upper = self.interval
+        return Grid(lower, upper, tuple(cells) if isinstance(cells, list) else cells)
 
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
@@ -78,8 +120,8 @@ class Scene:
             return model(**{name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")})
         return validation.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
 
-    def problem(self, model: Any, cells: int) -> Problem:
-        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells.
+    def problem(self, model: Any, cells: Any) -> Problem:
+        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells, see `grid`.
 
         Warns (`SteepSlopeWarning`) where the flow may reach ground steeper than 15 degrees, see `fvkit_granular.scenes.slope`.
         """
@@ -90,33 +132,43 @@ class Scene:
         if "b" not in chosen.aux and (callable(self.bottom) or np.any(np.asarray(self.bottom) != 0.0)):
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
-        grid = Grid(*self.interval, cells)
+        grid = self.grid(cells)
         sources = tuple(source for source in self.sources if len(chosen.phases) > 1 or not source.between_phases)
         result = Problem(chosen, grid, conserved(chosen, self.initial, self.height), self.t_end,
                          aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
-        self._refuse_gaps(grid.centers)
+        self._refuse_gaps(grid)
         warn_of_steep_ground(result, self.g)
         return result
 
-    def _refuse_gaps(self, x: np.ndarray) -> None:
-        b = self.height(x)
+    def _refuse_gaps(self, grid: Grid) -> None:
+        b = self.height(*np.meshgrid(*(axis.centers for axis in grid.axes)))
         gaps = missing(b)
         if gaps.any():
             k = int(np.argmax(gaps))
-            raise ValueError(f"`bottom` is {b[k]:.10g} at x = {x[k]:.6g} m, which looks like a code for a missing value, not "
+            where = ", ".join(f"{name} = {place:.6g}" for name, place in zip(self.axes, grid.place(k), strict=True))
+            raise ValueError(f"`bottom` is {b.flat[k]:.10g} at {where} m, which looks like a code for a missing value, not "
                              "like a height: fill the gap")
 
-    def flow(self, x: np.ndarray) -> dict[str, Any]:
-        """Return the initial {h, phi, vs, vf} at points x (m,), also where it is given by its surface."""
-        return whole_flow(over_ground(self.initial(x), x, self.height, lambda depth: np.maximum(depth, 0.0)))
+    def sampled(self, count: int) -> tuple[np.ndarray, ...]:
+        """Return about ``count`` points all over the scene, its ends among them: x, or x and y."""
+        each = count if len(self.axes) == 1 else round(count**0.5)
+        return tuple(np.meshgrid(*(np.linspace(*ends, each) for ends in self.ends)))
 
-    def height(self, x: np.ndarray) -> np.ndarray:
-        """Return the bottom at points x (m,), m; of cell averages that of the cell."""
-        b = self.bottom(x) if callable(self.bottom) else np.asarray(self.bottom, dtype=float)
+    def flow(self, *places: np.ndarray) -> dict[str, Any]:
+        """Return the initial {h, phi, vs, vf}, with two axes {h, phi, vs_x, vs_y, vf_x, vf_y}, at points x, or x and y, m, also
+        where it is given by its surface."""
+        return whole_flow(over_ground(self.initial(*places), places, self.height, partial(np.maximum, 0.0)), len(places))
+
+    def height(self, *places: np.ndarray) -> np.ndarray:
+        """Return the bottom at points x, or x and y, m; of cell averages that of the cell."""
+        b = self.bottom(*places) if callable(self.bottom) else np.asarray(self.bottom, dtype=float)
         if np.ndim(b) and not callable(self.bottom):
-            lower, upper = self.interval
-            b = b[np.clip((x - lower) / (upper - lower) * b.size, 0, b.size - 1).astype(int)]
-        return np.broadcast_to(b, np.shape(x))
+            if np.ndim(b) != len(self.axes):
+                raise ValueError(f"`bottom` must be cell averages {'(ny, nx)' if len(self.axes) > 1 else '(num_cells,)'}, got an "
+                                 f"array of shape {np.shape(b)}")
+            b = b[tuple(np.clip((x - lower) / (upper - lower) * n, 0, n - 1).astype(int)
+                        for x, (lower, upper), n in zip(places, self.ends, b.shape[::-1], strict=True))[::-1]]
+        return np.broadcast_to(b, np.shape(places[0]))
 
     def known_reference(self) -> Reference | None:
         """Return the reference, made now if the scene only knows how to make it; None if there is none."""

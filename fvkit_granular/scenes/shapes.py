@@ -2,6 +2,9 @@
 
 A shape is a frozen object that is called with points x, m, and returns values of the same shape. It can be compared, sent to
 another process and written to a scene file, which a function cannot. A sum of shapes is `Sum`, or ``shape + shape``.
+
+With two axes a shape is called with x and y, and varies over x alone, over y alone (``over="y"``), or over the distance from a
+point (``over=(x, y)``): a `Block` over a point is a disc, a `Gaussian` a bell.
 """
 
 import warnings
@@ -15,15 +18,41 @@ import numpy as np
 from fvkit import validation
 from fvkit.pointwise.part import by_name
 from fvkit_granular.csv_table import UNITS, read_columns
+from fvkit_granular.models.quantities import velocities
+
+
+def _over(value: Any) -> Any:
+    """Return None for x, "y", or a point (x, y), checked."""
+    if value is None or isinstance(value, str):
+        return None if value in (None, "x") else validation.choice(value, "over", ("x", "y"))
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise TypeError(f'`over` must be "x", "y", or a point (x, y) whose distance counts, got {validation.shown(value)}')
+    return tuple(validation.real(place, f"over[{k}]") for k, place in enumerate(value))
 
 
 @attrs.frozen
 class Shape(ABC):
-    """Abstract function of x, m, made of numbers."""
+    """Abstract function of x, or of x and y, m, made of numbers.
+
+    Parameters
+    ----------
+    over : with two axes what it varies over: "x" (None), "y", or a point (x, y) for the distance from it, m.
+    """
+
+    over: Any = attrs.field(default=None, kw_only=True, converter=_over)
+
+    def __call__(self, x: Any, *y: Any) -> np.ndarray:
+        """Return the values at the points x, or x and y."""
+        if self.over is None:
+            return self.values_at(x)
+        if not y:
+            raise ValueError(f"`over` = {self.over!r} of {type(self).__name__} needs a scene with two axes, got one with one: "
+                             "leave it out, or give `interval` two corners")
+        return self.values_at(y[0] if self.over == "y" else np.hypot(x - self.over[0], y[0] - self.over[1]))
 
     @abstractmethod
-    def __call__(self, x: Any) -> np.ndarray:
-        """Return the values at the points ``x``."""
+    def values_at(self, x: Any) -> np.ndarray:
+        """Return the values at the places ``x`` of what the shape varies over, m."""
 
     def __add__(self, other: Any) -> "Sum":
         return Sum((*_terms(self), *_terms(as_shape(other))))
@@ -44,7 +73,7 @@ class Uniform(Shape):
 
     value: float = validation.number()
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return np.full(np.shape(x), self.value)
 
 
@@ -56,7 +85,7 @@ class Step(Shape):
     left: float = validation.number()
     right: float = validation.number()
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return np.where(np.asarray(x) < self.at, self.left, self.right)
 
 
@@ -89,7 +118,7 @@ class Steps(Shape):
         if len(self.values) != len(self.at) + 1:
             raise ValueError(f"`values` must be one more than `at`, got {len(self.values)} and {len(self.at)}")
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return np.array(self.values)[np.searchsorted(self.at, x, side="right")]
 
 
@@ -101,7 +130,7 @@ class Block(Shape):
     half_width: float = validation.number(above=0.0)
     height: float = validation.number()
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return np.where(np.abs(x - self.centre) < self.half_width, self.height, 0.0)
 
 
@@ -113,7 +142,7 @@ class Hump(Shape):
     half_width: float = validation.number(above=0.0)
     height: float = validation.number()
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         phase = (x - self.centre) / self.half_width
         return np.where(np.abs(phase) < 1.0, 0.5 * self.height * (1.0 + np.cos(np.pi * phase)), 0.0)
 
@@ -126,7 +155,7 @@ class Gaussian(Shape):
     width: float = validation.number(above=0.0)
     height: float = validation.number()
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return self.height * np.exp(-(((x - self.centre) / self.width) ** 2))
 
 
@@ -139,7 +168,7 @@ class Cosine(Shape):
     wavelength: float = validation.number(above=0.0)
     crest: float = validation.number(0.0)
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return self.mean + self.amplitude * np.cos(2.0 * np.pi * (x - self.crest) / self.wavelength)
 
 
@@ -151,7 +180,7 @@ class Plane(Shape):
     at: float = validation.number(0.0)
     level: float = validation.number(0.0)
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         return self.level + self.slope * (x - self.at)
 
 
@@ -167,7 +196,7 @@ class PiecewiseLinear(Shape):
 
     points: tuple[tuple[float, float], ...] = attrs.field(converter=_points)
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         places, values = np.array(self.points).T
         return np.interp(x, places, values)
 
@@ -184,11 +213,14 @@ class Sum(Shape):
 
     terms: tuple[Shape, ...] = attrs.field(converter=_shapes)
 
-    def __call__(self, x: Any) -> np.ndarray:
-        total = self.terms[0](x)
+    def __call__(self, x: Any, *y: Any) -> np.ndarray:
+        total = self.terms[0](x, *y)
         for term in self.terms[1:]:
-            total = total + term(x)
+            total = total + term(x, *y)
         return total
+
+    def values_at(self, x: Any) -> np.ndarray:
+        return self(x)
 
 
 #: Shapes by their names in scene files, where a number is a `Uniform` and a list a `Sum`.
@@ -211,9 +243,10 @@ class ShapedFlow:
     ----------
     h : depth, m, >= 0; or None where ``surface`` is given.
     phi : solid fraction in [0, 1].
-    vs, vf : velocities of solid and fluid, m/s.
+    vs, vf : velocities of solid and fluid, m/s, on one axis.
     surface : level of the surface, m: the depth is max(surface - bottom, 0), levelled in each cell, see `Scene`.
     bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
+    vs_x, vs_y, vf_x, vf_y : velocities with two axes, m/s, where ``vs`` and ``vf`` have no meaning.
     """
 
     h: Any = validation.field(as_shape, None, optional=True)
@@ -222,6 +255,10 @@ class ShapedFlow:
     vf: Any = validation.field(as_shape, NONE, kw_only=True)
     surface: Any = validation.field(as_shape, None, optional=True, kw_only=True)
     bottom: Any = validation.field(_ground, None, optional=True, kw_only=True)
+    vs_x: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
+    vs_y: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
+    vf_x: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
+    vf_y: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
 
     def __attrs_post_init__(self) -> None:
         if (self.h is None) == (self.surface is None):
@@ -229,19 +266,24 @@ class ShapedFlow:
         if self.phi is None:
             raise ValueError("a flow of shapes needs `phi`, the solid fraction")
 
-    def __call__(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        flow = {"phi": self.phi(x), "vs": self.vs(x), "vf": self.vf(x)}
+    def __call__(self, *places: np.ndarray) -> dict[str, np.ndarray]:
+        moving, others = (velocities(axes) for axes in (len(places), 3 - len(places)))
+        for name in others:
+            if getattr(self, name) != NONE:
+                known = "two axes, got one with one" if len(places) == 1 else "one axis, got one with two"
+                raise ValueError(f"`{name}` of a flow of shapes is for a scene with {known}: give {', '.join(moving)}")
+        flow = {name: getattr(self, name)(*places) for name in ("phi", *moving)}
         if self.surface is not None:
-            flow["surface"] = self.surface(x)
-        return flow if self.surface is not None and self.bottom is None else {"h": self.depth(x)} | flow
+            flow["surface"] = self.surface(*places)
+        return flow if self.surface is not None and self.bottom is None else {"h": self.depth(*places)} | flow
 
-    def depth(self, x: np.ndarray) -> np.ndarray:
-        """Return the depth h at points ``x``, m; ValueError where only the scene knows the bottom."""
+    def depth(self, *places: np.ndarray) -> np.ndarray:
+        """Return the depth h at points x, or x and y, m; ValueError where only the scene knows the bottom."""
         if self.surface is None:
-            return self.h(x)
+            return self.h(*places)
         if self.bottom is None:
             raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth of its own: ask `Scene.flow`")
-        return np.maximum(self.surface(x) - (self.bottom(x) if callable(self.bottom) else self.bottom), 0.0)
+        return np.maximum(self.surface(*places) - (self.bottom(*places) if callable(self.bottom) else self.bottom), 0.0)
 
 
 INTERPOLATIONS = ("linear", "constant")
@@ -275,7 +317,8 @@ class Profile(Shape):
     values: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
 
     @classmethod
-    def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length") -> "Profile":
+    def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length",
+             over: Any = None) -> "Profile":
         """Return the function that a CSV file holds.
 
         Parameters
@@ -285,6 +328,7 @@ class Profile(Shape):
         interpolation : ``"linear"`` or ``"constant"``.
         along : name of the column of x, ascending.
         measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
+        over : with two axes what it varies over, see `Shape`.
 
         Raises
         ------
@@ -296,7 +340,7 @@ class Profile(Shape):
         table = read_columns(path)
         x = table.ascending(along, "length", "for a jump put two rows close together")
         values = table.column(column, validation.choice(measures, "measures", UNITS))
-        return cls(table.path, column, along, interpolation, x, values)
+        return cls(table.path, column, along, interpolation, x, values, over=over)
 
     def warn_of_units(self) -> None:
         """Warn where the numbers of a bottom look like another unit than the header names."""
@@ -310,7 +354,7 @@ class Profile(Shape):
         warnings.warn(f"{self.path}: the bottom `{self.column}` varies by {height:.4g} m over {length:.4g} m of {self.along}: "
                       f"{advice}, say so in the header, such as `{header} [km]`", RuntimeWarning, stacklevel=2)
 
-    def __call__(self, x: Any) -> np.ndarray:
+    def values_at(self, x: Any) -> np.ndarray:
         points = np.asarray(x, dtype=float)
         if points.size and (points.min() < self.x[0] or points.max() > self.x[-1]):
             raise ValueError(f"{self.path}: column `{self.column}` covers {self.along} from {self.x[0]:.10g} to "

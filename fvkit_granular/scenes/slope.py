@@ -12,12 +12,17 @@ from typing import Any
 import numpy as np
 
 from fvkit import Problem
+from fvkit.problem.directions import observables
 from fvkit.problem.fields import on_grid
 from fvkit.problem.model import aux_rows
+from fvkit.problem.side import Section
 from fvkit.problem.slopes import resolved_steps
 
 #: Angle, degrees, above which a scene warns, and the share of the largest depth below which a cell is dry here.
 MILD, DRY = 15.0, 1e-3
+
+#: Observables whose size is a speed.
+SPEEDS = ("v", "vs", "vf", "speed", "speed_s", "speed_f")
 
 #: Times at which ends and sources that change are asked for what they bring.
 INSTANTS = 17
@@ -27,21 +32,34 @@ class SteepSlopeWarning(UserWarning):
     """The ground is steeper than the mild-slope equations are made for."""
 
 
-def steepest(b: Any, dx: float, wet: Any) -> float:
-    """Return the largest slope |b_x| of the bottom over two wet cells, three faces; a wall or cliff, even inside a cell, is none.
+def steepest(b: Any, dx: Any, wet: Any) -> float:
+    """Return the largest slope |grad b| of the bottom over two wet cells, three faces; a cliff, even inside a cell, is none.
 
     Parameters
     ----------
-    b : (n,) cell averages of the bottom, m.
-    dx : length of a cell, m.
-    wet : (n,) which cells count.
+    b : (n,) or (ny, nx) cell averages of the bottom, m.
+    dx : length of a cell, m; with two axes that along x and along y.
+    wet : which cells count, of the shape of ``b``.
     """
-    steps, inner = np.abs(resolved_steps(np.asarray(b, dtype=float))), np.asarray(wet)[1:-1]
-    return float(np.minimum(steps[:-1], steps[1:])[inner[:-1] & inner[1:]].max(initial=0.0)) / dx
+    heights, counting = np.asarray(b, dtype=float), np.asarray(wet)
+    along = [np.moveaxis(_along_lines(np.moveaxis(heights, k, -1), np.moveaxis(counting, k, -1)), -1, k) / width
+             for k, width in zip((-1, -2), np.atleast_1d(dx), strict=False)]
+    return float(np.hypot.reduce(along).max(initial=0.0))
+
+
+def _along_lines(b: np.ndarray, wet: np.ndarray) -> np.ndarray:
+    """The step of the bottom between cells along the last axis, for each cell, as `steepest` counts it."""
+    steps, inner = np.abs(resolved_steps(b)), wet[..., 1:-1]
+    faces = np.where(inner[..., :-1] & inner[..., 1:], np.minimum(steps[..., :-1], steps[..., 1:]), 0.0)
+    result = np.zeros(b.shape)
+    if faces.shape[-1]:
+        for part in (result[..., 1:-2], result[..., 2:-1]):
+            np.maximum(part, faces, out=part)
+    return result
 
 
 def deep(h: np.ndarray) -> np.ndarray:
-    """Return where a flow, (n,) or (outputs, n), is deeper than `DRY` of its largest depth."""
+    """Return where a flow, an array of depths, is deeper than `DRY` of its largest depth."""
     return h > DRY * h.max(initial=0.0)
 
 
@@ -54,45 +72,59 @@ def within_reach(problem: Problem, g: float) -> float:
     problem : the problem; conditions and sources that change are asked at `INSTANTS` times, and where they have breaks.
     g : gravity, m/s^2.
     """
-    aux = problem.aux_averages
-    if "b" not in aux or "h" not in problem.model.observables(problem.q0, aux):
+    aux, grid = problem.aux_averages, problem.grid
+    seen = observables(problem.model, grid, problem.q0, aux)
+    if "b" not in aux or "h" not in seen:
         return 0.0
-    changing = not all([side.steady for side in problem.ends] + [field.steady for field in problem.fields])
-    times = {problem.t_start, *np.linspace(problem.t_start, problem.t_end, INSTANTS if changing else 1),
-             *(t for side in problem.ends for t in side.breaks())}
-    levels = [_head(problem, problem.q0, aux, g)]
+    changing = not (problem.steady_boundary and all(field.steady for field in problem.fields))
+    times = {problem.t_start, *np.linspace(problem.t_start, problem.t_end, INSTANTS if changing else 1), *problem.breaks}
+    levels = [_head(seen, aux["b"], g)]
     for t in times:
-        levels += [_entering(problem, left, t, g) for left in (True, False)] + [_fed(problem, t)]
-    return steepest(aux["b"], problem.grid.dx, aux["b"] <= np.fmax.reduce(levels))
+        levels += [*_entering(problem, t, g), _fed(problem, t)]
+    return steepest(aux["b"], [axis.dx for axis in grid.axes], aux["b"] <= np.fmax.reduce(levels))
 
 
-def _head(problem: Problem, q: np.ndarray, aux: Mapping[str, np.ndarray], g: float) -> float:
-    """The highest total head of states q (num_eqn, n), m, with the speed of the faster phase."""
-    seen = problem.model.observables(q, aux)
-    speed = np.max(np.abs([seen[name] for name in ("v", "vs", "vf") if name in seen]), axis=0, initial=0.0)
-    return float((seen["h"] + aux["b"] + speed * speed / (2.0 * g))[deep(seen["h"])].max(initial=-np.inf))
+def _head(seen: Mapping[str, np.ndarray], b: np.ndarray, g: float) -> float:
+    """The highest total head of a flow, m, from its observables and its bottom, with the speed of the faster phase."""
+    speed = np.max(np.abs([seen[name] for name in SPEEDS if name in seen]), axis=0, initial=0.0)
+    return float((seen["h"] + b + speed * speed / (2.0 * g))[deep(seen["h"])].max(initial=-np.inf))
 
 
-def _entering(problem: Problem, left: bool, t: float, g: float) -> float:
-    """The total head beyond an end at time t, m; none where the end is closed or repeats the flow inside."""
-    side, model, cell = problem.ends[0 if left else 1], problem.model, slice(0, 1) if left else slice(-1, None)
-    if side.closed or not side.defines("values"):
-        return -np.inf
-    ghost = side.ghost(model, tuple(problem.q0[:, cell]), side.layer(side.values(model, t), 1))
-    near = np.array([problem.aux_averages[name][cell] for name in model.aux])
-    beyond = side.ghost_aux(model, near, np.array([problem.grid.dx]))
-    return _head(problem, np.array([np.broadcast_to(row, (1,)) for row in ghost]), dict(zip(model.aux, beyond, strict=True)), g)
+def _entering(problem: Problem, t: float, g: float) -> list[float]:
+    """The total head beyond each section of each side at time t, m, of flow across it; none where it is closed or repeats the
+    flow inside."""
+    ends = tuple((Section(slice(0, 1), (end,)),) for end in problem.ends)
+    result = []
+    for direction, sides in zip(problem.directions, problem.sides or (ends,), strict=True):
+        model, dx = direction.model, np.array([problem.grid.axes[direction.number].dx])
+        q, ground = (np.moveaxis(rows, -1 - direction.number, 1) for rows in (
+            problem.q0[list(direction.rows)], np.array([problem.aux_averages[name] for name in model.aux])))
+        for cell, side in zip((0, -1), sides, strict=True):
+            for section in side:
+                end, lanes = section.first, section.lanes
+                if end.closed or not end.defines("values"):
+                    continue
+                near, below = (rows[:, cell].reshape(len(rows), -1)[:, lanes] for rows in (q, ground))
+                ghost = np.array([np.broadcast_to(row, near.shape[1:]) for row in end.ghost(
+                    model, tuple(near), end.layer(section.values(model, t), 1))])
+                beyond = np.concatenate([np.asarray(one.ghost_aux(model, below[:, k:k + 1], dx))
+                                         for k, one in enumerate(section.ends)], axis=1)
+                seen = model.observables(ghost, dict(zip(model.aux, beyond, strict=True)))
+                result.append(_head(seen, beyond[model.aux.index("b")], g))
+    return result
 
 
 def _fed(problem: Problem, t: float) -> float:
     """The highest dry ground on which a source brings mass at time t, m."""
     model, aux = problem.model, problem.aux_averages
-    dry = tuple(np.zeros_like(problem.q0))
     given = (*aux_rows(model, aux), *(row for field in problem.fields for row in field.at(t)))
-    with np.errstate(all="ignore"):
-        made = [source.step(model, dry, given, problem.t_end - problem.t_start)
-                for source in on_grid(problem.sources, problem.fields, len(model.aux))]
-    wet = [np.broadcast_to(state[row] > 0.0, aux["b"].shape) for state in made for row in model.mass_rows()]
+    wet = []
+    for source in on_grid(problem.sources, problem.fields, len(model.aux)):
+        rows, masses = (len(model.conserved), model.mass_rows()) if source.turns else (len(problem.q0), problem.mass_rows)
+        dry = tuple(np.zeros((rows, *problem.grid.shape)))
+        with np.errstate(all="ignore"):
+            made = source.step(model, dry, given, problem.t_end - problem.t_start)
+        wet += [np.broadcast_to(made[row] > 0.0, aux["b"].shape) for row in masses]
     return float(aux["b"][np.any(wet, axis=0)].max(initial=-np.inf)) if wet else -np.inf
 
 
@@ -111,5 +143,5 @@ def warn_of_steep_ground(problem: Problem, g: float) -> None:
     """Warn where the flow of a problem may reach ground above `MILD` degrees."""
     slope = within_reach(problem, g)
     if is_steep(slope):
-        warnings.warn(f"{sentence(slope)}, by b_x^2; they are made for slopes up to {MILD:g} degrees, and here speed and runout "
-                      "come out too large", SteepSlopeWarning, stacklevel=3)
+        warnings.warn(f"{sentence(slope)}, by the square of the slope; they are made for slopes up to {MILD:g} degrees, and here "
+                      "speed and runout come out too large", SteepSlopeWarning, stacklevel=3)

@@ -5,7 +5,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import Grid, Outflow, Periodic, Problem, Wall, validation
+from fvkit import Outflow, Periodic, Problem, Wall, validation
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
@@ -140,7 +140,7 @@ def _slope(scene: Scene, state: dict[str, np.ndarray]) -> float:
     """The steepest slope that the flow of a scene may reach."""
     model: Any = scene.model(TwoPhase)
     q = model.conserved_from(*(state[name] for name in ("h", "phi", "vs", "vf")))
-    return within_reach(Problem(model, Grid(*scene.interval, len(state["x"])), q, scene.t_end, {"b": state["b"]}, scene.boundary,
+    return within_reach(Problem(model, scene.grid(len(state["x"])), q, scene.t_end, {"b": state["b"]}, scene.boundary,
                                 scene.sources), scene.g)
 
 

@@ -84,6 +84,9 @@ class Indicators:
 
 def sampled(scene: Scene) -> dict[str, np.ndarray]:
     """Return x, h, phi, vs, vf, b at ``POINTS`` points of the initial state, velocities 0 where the scene names none."""
+    if len(scene.axes) > 1:
+        raise ValueError("advice was validated for scenes with one axis alone, got one with two: run the models beside each "
+                         "other, with gr.compare or `fvkit compare`")
     lower, upper = scene.interval
     x = lower + (np.arange(POINTS) + 0.5) * (upper - lower) / POINTS
     given = scene.flow(x) | {"b": scene.height(x)}

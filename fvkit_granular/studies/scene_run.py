@@ -11,6 +11,7 @@ from fvkit import Model, Problem, Scheme, Solution, WavePropagation, solve, vali
 from fvkit.backends import BACKENDS
 from fvkit.schemes.registry import INTEGRATORS, LIMITERS, RECONSTRUCTIONS
 from fvkit.schemes.riemann import default_riemann
+from fvkit_granular.models.quantities import flow_names
 from fvkit_granular.models.registry import MODELS, RIEMANN
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
@@ -19,9 +20,6 @@ from fvkit_granular.scenes.toml.read import find_factory
 
 #: Fields of a scene that are parameters.
 PHYSICS = ("g", "gamma", "t_end")
-
-#: What `initial.NAME` multiplies.
-FLOW = ("h", "phi", "vs", "vf")
 
 #: Parts of a scheme that may be given by name.
 NAMED = {"riemann": RIEMANN, "limiter": LIMITERS, "reconstruction": RECONSTRUCTIONS, "integrator": INTEGRATORS}
@@ -43,6 +41,11 @@ def _factory(given: Any) -> Any:
     return given
 
 
+def _cells(given: Any, name: str) -> Any:
+    counts = [validation.whole(count, name, at_least=1) for count in (given if isinstance(given, (tuple, list)) else [given])]
+    return counts[0] if counts[1:] == [] else tuple(counts)
+
+
 @attrs.frozen
 class SceneRun:
     """A function of parameters that runs a scene: what `fvkit.sweep` and an optimiser call.
@@ -52,7 +55,7 @@ class SceneRun:
     scene : name of a built-in scene, path of a TOML file, or a function that returns a `Scene`.
     model : instance, or class that gets the scene's g and gamma.
     scheme : None for second-order wave propagation with the model's default solver.
-    cells : number of cells.
+    cells : number of cells; with two axes along x, or (nx, ny).
     times : output times, s; None for the end alone.
     backend : as for `fvkit.solve`.
 
@@ -63,7 +66,8 @@ class SceneRun:
     * arguments of the function that makes the scene, such as ``eps`` of perturbed-rest;
     * ``g``, ``gamma``, ``t_end``: of the scene;
     * ``sources.D``: the field D of the source that has one; ``sources.0.D`` where several have, counted from 0;
-    * ``initial.h``, ``initial.phi``, ``initial.vs``, ``initial.vf``: a factor on that initial value, everywhere;
+    * ``initial.h``, ``initial.phi``, ``initial.vs``, ``initial.vf``, with two axes ``initial.vs_x`` and so on: a factor on that
+      initial value, everywhere;
     * ``model``: a model by name; ``model.dry``: its fields;
     * ``scheme.cfl``, ``scheme.limiter``: fields of the scheme, parts by name;
     * ``cells``.
@@ -76,7 +80,7 @@ class SceneRun:
     model: Model | type[Model] = attrs.field(default=TwoPhase, converter=_model)
     scheme: Scheme | None = validation.field(
         validation.instance, None, optional=True, kind=Scheme, hint="such as fv.WavePropagation(fv.HLL())")
-    cells: int = validation.integer(400, at_least=1)
+    cells: Any = validation.field(_cells, 400)
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
     backend: str = validation.field(validation.choice, "auto", known=BACKENDS)
 
@@ -105,7 +109,7 @@ class SceneRun:
     def names(self, scene: Scene, model: Model) -> list[str]:
         """Return the parameters that a call may have, without those of the scheme."""
         sources = scene.sources
-        return [*self._arguments(), *PHYSICS, *(f"initial.{name}" for name in FLOW), "cells", "model",
+        return [*self._arguments(), *PHYSICS, *(f"initial.{name}" for name in flow_names(len(scene.axes))), "cells", "model",
                 *(f"model.{name}" for name in model.parameter_names()),
                 *dict.fromkeys(f"sources.{name}" for source in sources for name in source.parameter_names()), "scheme.cfl"]
 
@@ -121,7 +125,7 @@ class SceneRun:
         validation.instance(scene, "scene", Scene)
         changes: dict[str, Any] = {name: left.pop(name) for name in PHYSICS if name in left}
         factors = {name: validation.real(left.pop(f"initial.{name}"), f"initial.{name}", hint="a factor")
-                   for name in FLOW if f"initial.{name}" in left}
+                   for name in flow_names(len(scene.axes)) if f"initial.{name}" in left}
         if factors:
             changes["initial"] = partial(_scaled, scene, factors)
         sources = list(scene.sources)
@@ -139,10 +143,10 @@ class SceneRun:
         return attrs.evolve(model, **fields)
 
 
-def _scaled(scene: Scene, factors: Mapping[str, float], x: np.ndarray) -> dict[str, Any]:
-    flow = dict(scene.initial(x))
+def _scaled(scene: Scene, factors: Mapping[str, float], *places: np.ndarray) -> dict[str, Any]:
+    flow = dict(scene.initial(*places))
     if "surface" in flow and "h" in factors:
-        b, factors = scene.height(x), dict(factors)
+        b, factors = scene.height(*places), dict(factors)
         flow = {name: value for name, value in flow.items() if name != "h"}
         flow["surface"] = b + factors.pop("h") * (flow["surface"] - b)
     return flow | {name: factor * np.asarray(flow.get(name, 0.0)) for name, factor in factors.items()}

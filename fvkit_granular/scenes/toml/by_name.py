@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit.validation import choice, field
+from fvkit_granular.models.quantities import flow_names
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.scene import Scene
@@ -31,17 +32,26 @@ class OfBuiltIn:
 
 
 class BuiltInFlow(OfBuiltIn):
-    """The initial state of a built-in scene, a function of x."""
+    """The initial state of a built-in scene, a function of x, or of x and y."""
 
-    def __call__(self, x: np.ndarray) -> Any:
-        return _made(self.name).initial(x)
+    def __call__(self, *places: np.ndarray) -> Any:
+        return _made(self.name).initial(*_all(self.name, places))
 
 
 class BuiltInBottom(OfBuiltIn):
-    """The bottom of a built-in scene, a function of x."""
+    """The bottom of a built-in scene, a function of x, or of x and y."""
 
-    def __call__(self, x: np.ndarray) -> Any:
-        return height(_made(self.name), x)
+    def __call__(self, *places: np.ndarray) -> Any:
+        return height(_made(self.name), *_all(self.name, places))
+
+
+def _all(name: str, places: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+    """The places, as many as the built-in scene has axes; ValueError for others."""
+    axes = _made(name).axes
+    if len(axes) != len(places):
+        raise ValueError(f"the built-in scene {name} has the axes {' and '.join(axes)}, and this one {len(places)}: take "
+                         "another, or its `interval`")
+    return places
 
 
 class BuiltInReference(OfBuiltIn):
@@ -76,19 +86,19 @@ def differences(one: Scene, other: Scene) -> list[str]:
     """Return which parts of the physics of two scenes differ, judged at ``POINTS`` points; times and names do not count."""
     found = [name for name in ("interval", "g", "gamma", "boundary", "sources") if getattr(one, name) != getattr(other, name)]
     if "interval" not in found:
-        x = np.linspace(*one.interval, POINTS)
-        found += [] if np.array_equal(height(one, x), height(other, x)) else ["bottom"]
-        found += [] if np.array_equal(_states(one, x), _states(other, x)) else ["initial"]
+        places = one.sampled(POINTS)
+        found += [] if np.array_equal(height(one, *places), height(other, *places)) else ["bottom"]
+        found += [] if np.array_equal(_states(one, places), _states(other, places)) else ["initial"]
     return found
 
 
-def _states(scene: Scene, x: np.ndarray) -> np.ndarray:
-    given = scene.flow(x)
-    return np.array([np.broadcast_to(given[name], x.shape) for name in ("h", "phi", "vs", "vf")])
+def _states(scene: Scene, places: tuple[np.ndarray, ...]) -> np.ndarray:
+    given = scene.flow(*places)
+    return np.array([np.broadcast_to(given[name], places[0].shape) for name in flow_names(len(places))])
 
 
-def height(scene: Scene, x: np.ndarray) -> np.ndarray:
-    """Return the bottom of a scene at points ``x``, m.
+def height(scene: Scene, *places: np.ndarray) -> np.ndarray:
+    """Return the bottom of a scene at points x, or x and y, m.
 
     Raises
     ------
@@ -97,4 +107,4 @@ def height(scene: Scene, x: np.ndarray) -> np.ndarray:
     """
     if not callable(scene.bottom) and np.ndim(scene.bottom):
         raise ValueError("a bottom given as cell averages belongs to one grid: give a function, a shape or a number")
-    return scene.height(x)
+    return scene.height(*places)

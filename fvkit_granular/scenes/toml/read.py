@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Outflow, Periodic, Wall, validation
+from fvkit import Along, Outflow, Periodic, Wall, validation
+from fvkit.problem.directions import SIDES
+from fvkit.problem.grid import NAMES
 from fvkit_granular.boundaries import FixedLevel, GivenFlow, Hydrograph, UniformSlope
+from fvkit_granular.models.quantities import velocities
 from fvkit_granular.scenes.library.catalogue import scene_factory, scene_names
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
@@ -28,13 +31,17 @@ SOURCES: dict[str, type] = {"constant-drag": ConstantDrag, "velocity-drag": Velo
                             "coulomb": CoulombFriction, "voellmy": Voellmy, "manning": Manning}
 
 
+#: Sides of a scene with two axes, and the type of a part of one, which has conditions of its own.
+ALL_SIDES = tuple(name for pair in SIDES for name in pair)
+ALONG = "along"
+
 #: Keys of a file, of `initial`, and what those of a flow measure.
 TOP = ("name", "description", "interval", "t_end", "g", "gamma", "reference", "initial", "bottom", "boundary", "sources",
        "outputs")
-FLOW = {"h": "length", "surface": "length", "phi": "share", "vs": "speed", "vf": "speed"}
+FLOW = {"h": "length", "surface": "length", "phi": "share", **dict.fromkeys((*velocities(1), *velocities(2)), "speed")}
 
 #: Keys of a table that takes a column of a CSV file.
-COLUMN = ("file", "column", "along", "interpolation")
+COLUMN = ("file", "column", "along", "interpolation", "over")
 
 #: Points at which a flow is looked at when its file is read, and most outputs.
 POINTS, MOST_OUTPUTS = 2001, 100_000
@@ -89,7 +96,7 @@ def load_scene(path: str | Path) -> Scene:
     for key in ("interval", "t_end", "initial"):
         top.need(key)
     bottom = _bottom(top)
-    initial = _initial(top.inner("initial"))
+    initial = _initial(top.inner("initial"), _axes(top))
     given: dict[str, Any] = {key: top.data[key] for key in ("interval", "t_end", "g", "gamma") if key in top.data}
     reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
     boundary, sources = _boundary(top), _sources(top)
@@ -126,7 +133,8 @@ def _column(table: Table, name: str, measures: str) -> Profile:
     table.only(COLUMN)
     file, column, along = table.text("file"), table.text("column", name), table.text("along", "x")
     with table.located():
-        return Profile.read(table.path.parent / file, column, table.text("interpolation"), along, measures)
+        return Profile.read(table.path.parent / file, column, table.text("interpolation"), along, measures,
+                            table.data.get("over"))
 
 
 def _bottom(top: Table) -> Any:
@@ -138,19 +146,29 @@ def _bottom(top: Table) -> Any:
     return _quantity(top, "bottom", "length")
 
 
-def _initial(table: Table) -> ShapedFlow | BuiltInFlow:
+def _initial(table: Table, axes: int) -> ShapedFlow | BuiltInFlow:
     if "flow" in table.data:
         return BuiltInFlow(table.only(("flow",)).choice("flow", scene_names()))
-    table.only((*FLOW, "flow"))
+    table.only(("h", "surface", "phi", *velocities(axes), "flow"))
     parts = {key: _quantity(table, key, measures) for key, measures in FLOW.items() if key in table.data}
     with table.located():
         return ShapedFlow(**parts)
+
+
+def _axes(top: Table) -> int:
+    """How many axes the scene of a file has: two where its interval has corners."""
+    given = top.data["interval"]
+    return 2 if isinstance(given, list) and any(isinstance(end, list) for end in given) else 1
 
 
 def _boundary(top: Table) -> Any:
     if "boundary" not in top.data:
         return Outflow()
     table = top.inner("boundary")
+    if _axes(top) > 1:
+        if "all" in table.data:
+            return _side(table.only(("all",)), "all")
+        return {side: _side(table, side) for side in table.only((*ALL_SIDES, "all")).data}
     if "both" in table.data:
         return _side(table.only(("both",)), "both")
     table.only(("left", "right", "both"))
@@ -166,6 +184,11 @@ def _side(table: Table, key: str) -> Any:
     """Return a boundary condition, given by its name alone or as a table with its type and fields."""
     if isinstance(table.need(key), dict):
         inner = table.inner(key)
+        if inner.data.get("type") == ALONG:
+            inner.only(("type", "lower", "upper", "condition", "otherwise"))
+            rest = _side(inner, "otherwise") if "otherwise" in inner.data else None
+            with inner.located():
+                return Along(inner.need("lower"), inner.need("upper"), _side(inner, "condition"), rest)
         if "file" in inner.data and inner.choice("type", BOUNDARIES) == "hydrograph":
             inner.only(("type", "file"))
             with inner.located("file"):
@@ -207,25 +230,26 @@ def _times(top: Table) -> tuple[float, ...] | None:
 
 def _check(top: Table, scene: Scene) -> None:
     """Raise where the flow or the bottom has no meaning somewhere on the interval, or the reference is not that of the flow."""
-    x = np.linspace(*scene.interval, POINTS)
+    places = scene.sampled(POINTS)
     with np.errstate(all="ignore"):
         if isinstance(scene.bottom, Shape):
             with top.located("bottom"):
-                validation.array(scene.bottom(x), "bottom")
+                validation.array(scene.bottom(*places), "bottom")
         if isinstance(scene.initial, ShapedFlow):
             table, flow = top.inner("initial"), scene.initial
             for key in table.data:
                 with table.located(key):
-                    _in_range(key, x, getattr(flow, key)(x))
+                    _in_range(key, places, getattr(flow, key)(*places))
     if isinstance(scene.reference, BuiltInReference):
         with top.located("reference"):
             scene.reference.check(scene)
 
 
-def _in_range(key: str, x: np.ndarray, values: np.ndarray) -> None:
+def _in_range(key: str, places: tuple[np.ndarray, ...], values: np.ndarray) -> None:
     validation.array(values, key)
     lowest, highest = {"h": (0.0, np.inf), "phi": (0.0, 1.0)}.get(key, (-np.inf, np.inf))
     wrong = np.flatnonzero((values < lowest) | (values > highest))
     if wrong.size:
         bounds = f">= {lowest:g}" + (f" and <= {highest:g}" if np.isfinite(highest) else "")
-        raise ValueError(f"`{key}` must be {bounds}, got {values[wrong[0]]:.6g} at x = {x[wrong[0]]:.6g}")
+        where = ", ".join(f"{name} = {one.flat[wrong[0]]:.6g}" for name, one in zip(NAMES, places, strict=False))
+        raise ValueError(f"`{key}` must be {bounds}, got {values.flat[wrong[0]]:.6g} at {where}")

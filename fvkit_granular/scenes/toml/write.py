@@ -7,13 +7,15 @@ from typing import Any
 import attrs
 import numpy as np
 
+from fvkit import Along
+from fvkit.problem.problem import SIDES as ENDS
 from fvkit.validation import instance, shown
 from fvkit_granular.scenes.library.catalogue import scene as built_in_scene
 from fvkit_granular.scenes.library.catalogue import scene_names
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum, Uniform
+from fvkit_granular.scenes.shapes import NONE, SHAPES, Profile, Shape, ShapedFlow, Sum, Uniform
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference, differences
-from fvkit_granular.scenes.toml.read import BOUNDARIES, FLOW, SOURCES
+from fvkit_granular.scenes.toml.read import ALL_SIDES, ALONG, BOUNDARIES, FLOW, SOURCES
 
 
 def scene_text(scene: Scene) -> str:
@@ -38,8 +40,9 @@ def scene_text(scene: Scene) -> str:
     if bottom:
         lines.append(f"bottom = {bottom}")
     lines += ["", "[initial]", *_initial(scene, same)]
-    left, right = scene.boundary
-    sides = {"both": left} if left == right else {"left": left, "right": right}
+    every, names = ("both", ENDS) if len(scene.axes) == 1 else ("all", ALL_SIDES)
+    same_all = all(side == scene.boundary[0] for side in scene.boundary)
+    sides = {every: scene.boundary[0]} if same_all else dict(zip(names, scene.boundary, strict=True))
     lines += ["", "[boundary]", *(f"{key} = {_side(side)}" for key, side in sides.items())]
     for source in scene.sources:
         lines += ["", "[[sources]]", *_lines(_part(source, "type", SOURCES))]
@@ -74,8 +77,8 @@ def _initial(scene: Scene, same: set[str]) -> list[str]:
     if flow.surface is not None and flow.bottom is not None and flow.bottom != scene.bottom:
         raise ValueError("`surface` of the initial state lies over another bottom than that of the scene: no file can say that")
     parts = {key: getattr(flow, key) for key in FLOW}
-    none = {"vs": Uniform(0.0), "vf": Uniform(0.0)}
-    return [f"{key} = {_shape(shape)}" for key, shape in parts.items() if shape is not None and shape != none.get(key)]
+    return [f"{key} = {_shape(shape)}" for key, shape in parts.items()
+            if shape is not None and not (FLOW[key] == "speed" and shape == NONE)]
 
 
 def _bottom(scene: Scene, same: set[str]) -> str:
@@ -99,6 +102,9 @@ def _known(scene: Scene, part: str, same: set[str]) -> str:
 
 
 def _side(side: Any) -> str:
+    if isinstance(side, Along):
+        return _inline({"type": _value(ALONG), "lower": _value(side.lower), "upper": _value(side.upper),
+                        "condition": _side(side.condition), "otherwise": _side(side.otherwise)})
     entries = _part(side, "type", BOUNDARIES)
     return entries["type"] if len(entries) == 1 else _inline(entries)
 
@@ -114,7 +120,7 @@ def _shape(shape: Shape) -> str:
 def _entries(shape: Shape) -> dict[str, str]:
     if isinstance(shape, Profile):
         return {"file": _value(shape.path.resolve().as_posix()), "column": _value(shape.column), "along": _value(shape.along),
-                "interpolation": _value(shape.interpolation)}
+                "interpolation": _value(shape.interpolation)} | ({} if shape.over is None else {"over": _value(shape.over)})
     return _part(shape, "shape", SHAPES)
 
 
