@@ -23,7 +23,7 @@ from fvkit_granular.scenes.toml.read import load_scene
 from fvkit_granular.scenes.toml.write import scene_text
 from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Manning, Voellmy
-from fvkit_granular.sources.rain import Rain
+from fvkit_granular.sources.rain import Drain, Rain
 from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.scene_run import SceneRun
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
 
 __all__ = [
-    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FixedLevel", "Front", "FunctionReference",
+    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Drain", "FixedLevel", "Front", "FunctionReference",
     "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain",
     "Reduced", "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow",
     "SteepSlopeWarning", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact",

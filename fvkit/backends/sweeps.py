@@ -186,6 +186,9 @@ class PlaneKernel(StepwiseKernel):
                              "what varies along one axis alone is a problem on fv.Grid(lower, upper, num_cells)")
         self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
         self._lay_out(problem)
+        places = [source.acts_in() for source in self.parts.beside]
+        self._few = all(cells is not None for cells in places)
+        self._places = [_indices(cells, problem.grid.shape) for cells in places]
         self._work = self.padded(problem.q0)
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             sweep.prepare(given, threads)
@@ -251,8 +254,8 @@ class PlaneKernel(StepwiseKernel):
         if self.parts.beside and splitting.before > 0.0:
             self.inside(march.next)[:] = self.inside(start)
             start = march.next
-            for source in self.parts.beside:
-                self._act(source, start, splitting.before * dt, brought)
+            for source, where in zip(self.parts.beside, self._places, strict=True):
+                self._act(source, start, splitting.before * dt, brought, where)
         first.fill(start, middle)
         self._look_round(start)
         if self.joint:
@@ -265,15 +268,15 @@ class PlaneKernel(StepwiseKernel):
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
         self._look_round(between, second)
-        later = self.parts.beside[::-1] if splitting.after > 0.0 else ()
-        other = second.run(between, march.next, self.given[second.number], dt, not later, self.given[first.number])
-        for source in later:
-            self._act(source, march.next, splitting.after * dt, brought)
-        if second.settles and not later:
-            good = not other.bad
-        else:
-            self._settle(march.next)
-            good = self._good(march.next)
+        later = list(zip(self.parts.beside, self._places, strict=True))[::-1] if splitting.after > 0.0 else []
+        few = second.settles and self._few
+        other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
+        for source, where in later:
+            self._act(source, march.next, splitting.after * dt, brought, where)
+        good = not (few and other.bad)
+        for where in [where for _, where in later] if few else [EVERYWHERE]:
+            self._settle(march.next, where)
+            good = good and self._good(march.next, where)
         scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
         widths = [self.volume / sweep.axis.dx for sweep in (first, second)]
         speed = max(one.speed * scales[0], other.speed * scales[1])
@@ -300,40 +303,50 @@ class PlaneKernel(StepwiseKernel):
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray) -> None:
-        """Let a source act on the cells for dt, and add what it makes of each mass to ``brought``."""
-        inside, sweep, aux = self.inside(q), self.sweeps[0], tuple(self.inside(self.given[0]))
-        before = tuple(inside) if not source.turns or not self.parts.across else \
-            tuple(inside[row] for row in (*sweep.rows, *sweep.direction.across))
+    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: tuple[Any, ...]) -> None:
+        """Let a source act on its cells for dt, and add what it makes of each mass to ``brought``."""
+        inside, sweep = self.inside(q)[where], self.sweeps[0]
+        aux = tuple(self.inside(self.given[0])[where])
+        places = [*sweep.rows, *sweep.direction.across] if source.turns and self.parts.across else list(range(len(inside)))
+        before = tuple(inside[row] for row in places)
         if source.turns and self.parts.across:
             after = turned(source, sweep.model, before, before, before,
                            lambda _, state: source.step(self.parts.model, state, aux, dt), along_only=not source.between_phases)
-            places = [*sweep.rows, *sweep.direction.across]
-            rows = list(sweep.model.mass_rows())
         else:
-            after, places, rows = source.step(self.parts.model, before, aux, dt), list(range(len(inside))), self.mass_rows
+            after = source.step(self.parts.model, before, aux, dt)
+        rows = [places.index(row) for row in self.mass_rows]
         for k, row in enumerate(rows):
             if after[row] is not before[row]:
                 brought[k] += np.add.reduce(after[row] - before[row], axis=None)
         for place, component in zip(places, after, strict=True):
-            inside[place] = component
+            self.inside(q)[place][where[1:]] = component
 
-    def _settle(self, q: np.ndarray) -> None:
+    def _settle(self, q: np.ndarray, where: tuple[Any, ...]) -> None:
         """Let what is too thin to move lose its momenta."""
         if not self.problem.model.defines("settle"):
             return
-        inside = self.inside(q)
+        inside = self.inside(q)[where]
         for sweep in self.sweeps:
             for row, component in zip(sweep.rows, sweep.model.settle(tuple(inside[row] for row in sweep.rows)), strict=True):
                 inside[row] = component
+        self.inside(q)[where] = inside
 
-    def _good(self, padded: np.ndarray) -> bool:
+    def _good(self, padded: np.ndarray, where: tuple[Any, ...]) -> bool:
         """Whether a state is finite, without negative masses, and admissible."""
-        q = self.inside(padded)
-        if not isfinite(np.add.reduce(q, None)) or any(q[row].min() < 0.0 for row in self.mass_rows):
+        q = self.inside(padded)[where]
+        if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
             return False
         return all(bool(np.all(sweep.model.admissible(tuple(q[row] for row in sweep.rows))))
                    for sweep in self.sweeps if sweep.model.defines("admissible"))
+
+
+#: How arrays (rows, ny, nx) are indexed by all cells.
+EVERYWHERE = (slice(None),) * 3
+
+
+def _indices(cells: np.ndarray | None, shape: tuple[int, ...]) -> tuple[Any, ...]:
+    """Return how arrays (rows, ny, nx) are indexed by numbers of cells; None for all."""
+    return EVERYWHERE if cells is None else (slice(None), *np.unravel_index(cells, shape))
 
 
 def widened(found: Plan, halo: int) -> Plan:

@@ -53,6 +53,11 @@ def is_number(value: Any) -> bool:
     return value is None or isinstance(value, (float, int, np.number))
 
 
+def cells_with(value: Any) -> np.ndarray | None:
+    """Return the numbers of the cells where the cell averages of a field are not 0; None for a field of another kind."""
+    return None if callable(value) or is_number(value) else np.flatnonzero(np.asarray(value))
+
+
 def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
     """Whether a function asks for t behind its places: one argument more without a default."""
     try:

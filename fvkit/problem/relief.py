@@ -23,8 +23,8 @@ from fvkit.problem.questions import aux_places
 class Slopes:
     """Slopes of an aux function along each axis: a field of the problem, like those of its sources.
 
-    Of both one-sided differences a cell has the mean, at most twice the smaller one and 0 at a crest or in a pit: a cliff
-    between two cells is a wall, not a slope.
+    Of its one-sided differences a and b a cell has a b (a + b)/(a^2 + b^2) (van Albada): their mean where they are alike, the
+    smaller one beside a cliff, which is a wall and no slope, and 0 at a crest or in a pit.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
     first, last = (np.take(one_sided, [k], axis=axis) for k in (0, -1))
     behind = np.concatenate([first, one_sided], axis=axis)
     ahead = np.concatenate([one_sided, last], axis=axis)
-    size = np.minimum(2.0 * np.minimum(np.abs(behind), np.abs(ahead)), 0.5 * np.abs(behind + ahead))
-    return np.asarray(np.where(behind * ahead > 0.0, np.sign(ahead) * size, 0.0))
+    product, squares = behind * ahead, behind * behind + ahead * ahead
+    return np.asarray(np.where(product > 0.0, product * (behind + ahead) / np.where(squares > 0.0, squares, 1.0), 0.0))
 
 
 def over_slopes(model: Any, axes: int, number: int) -> Any:

@@ -42,12 +42,15 @@ class Source(Part, ABC):
     9. In two dimensions a source acts along the velocity of each phase, one ``between_phases`` along the slip: it sees the same
        one-dimensional states, turned. ``turns = False`` says that it takes the state with the momenta along both axes, as it is.
     10. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
+    11. ``acts_in()`` returns the numbers of the cells in which alone it does anything, None for all: with two axes that saves
+        time, and idle ground stays idle. ``wets = False`` says that it brings no mass to dry ground.
     """
 
     questions = SOURCE
     between_phases: ClassVar[bool] = False
     static: ClassVar[bool] = False
     turns: ClassVar[bool] = True
+    wets: ClassVar[bool] = True
 
     def check(self, model: Model) -> None:
         """Raise ValueError, with the reason, if this source cannot act on ``model``."""
@@ -57,6 +60,10 @@ class Source(Part, ABC):
 
     def varying(self) -> tuple[tuple[str, bool], ...]:
         return tuple((name, False) for name in self.parameter_names() if not is_number(getattr(self, name)))
+
+    def acts_in(self) -> np.ndarray | None:
+        """Return the numbers of the cells, in arrays of cells, in which alone this source does anything; None for all."""
+        return None
 
     @abstractmethod
     def step(self, model, q, aux, dt):

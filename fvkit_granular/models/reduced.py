@@ -46,7 +46,8 @@ class Reduced(ShallowFlow):
     ----------
     g : gravity, m/s^2, positive.
     gamma : density ratio fluid/solid in (0, 1).
-    dry : depth rho h, m, below which the velocity is damped; None: 1e-8 of the largest initial depth, at least 1e-30 m.
+    dry : depth rho h, m, below which the velocity is damped; None: 1e-8 of the largest initial depth, at least 1e-30 m; 1e-9 m
+        where all is dry.
 
     Notes
     -----

@@ -40,7 +40,8 @@ class ShallowWater(ShallowFlow):
     Parameters
     ----------
     g : gravity, m/s^2, positive.
-    dry : depth, m, below which the velocity is damped; None: 1e-8 of the largest initial depth, at least 1e-30 m.
+    dry : depth, m, below which the velocity is damped; None: 1e-8 of the largest initial depth, at least 1e-30 m; 1e-9 m where
+        all is dry.
 
     Notes
     -----

@@ -33,7 +33,7 @@ class TwoLayer(PressureCoupled):
     g : gravity, m/s^2, positive.
     gamma : density ratio upper/lower in (0, 1).
     dry : depth of a layer, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m.
+        initial depth, at least 1e-30 m; 1e-9 m where all is dry.
 
     Notes
     -----

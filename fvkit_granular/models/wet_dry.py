@@ -198,6 +198,9 @@ def mean_velocity(hl, vl, hr, vr):
 #: Default ``dry`` relative to the largest initial depth.
 DRY_SHARE = 1e-8
 
+#: Default ``dry`` of ground that is dry everywhere at the start, m.
+DRY_START = 1e-9
+
 DRY_HINT = "depth in metres below which a film does not move; None for 1e-8 of the largest initial depth"
 
 
@@ -206,7 +209,7 @@ def resolved(model: Any, q0: np.ndarray) -> Any:
     if model.dry is not None:
         return model
     largest = float(q0[[row for masses, _ in model.phases for row in masses]].sum(axis=0).max())
-    return attrs.evolve(model, dry=max(DRY_SHARE * largest, LEAST_DRY))
+    return attrs.evolve(model, dry=max(DRY_SHARE * largest, LEAST_DRY) if largest > 0.0 else DRY_START)
 
 
 def share(part, whole):

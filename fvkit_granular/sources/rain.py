@@ -1,17 +1,18 @@
-"""Rain and infiltration: water, with or without grains, that comes in through the surface and leaves through the bed.
+"""Rain, infiltration and drains: mass that comes in through the surface and leaves through the bed.
 
     h_t + (h v)_x = r
 
 Rain brings no momentum; what seeps away takes its own, so the velocity of the rest stays.
 """
 
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
+import numpy as np
 
 from fvkit import Source, maximum, minimum
 from fvkit.pointwise import scale
-from fvkit.problem.fields import number
+from fvkit.problem.fields import cells_with, number
 from fvkit.problem.sources import mass_rates, with_masses
 from fvkit_granular.sources.plausible import caution
 
@@ -54,6 +55,9 @@ class Rain(Source):
     intensity: float = number(hint=UNIT)
     phi: float = number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction of what falls: 60 % is 0.6")
 
+    def acts_in(self) -> np.ndarray | None:
+        return cells_with(self.intensity)
+
     def check(self, model: Any) -> None:
         if not callable(getattr(model, "poured", None)):
             raise ValueError(f"{type(self).__name__} asks what masses a depth of water makes, but {type(model).__name__} has no "
@@ -75,3 +79,43 @@ class Rain(Source):
         dry = scale(0.0, q)
         return mass_rates(model, q, model.poured(dry, solid, maximum(fluid, 0.0)), model.poured(dry, 0.0, maximum(-fluid, 0.0)),
                           model.poured(q, 0.0, -1.0))
+
+
+@attrs.frozen
+class Drain(Source):
+    """Drain: mass leaves with its momentum at a rate, 1/s, where it stands: outlets and gaps in the terrain.
+
+    Exact in a step, q' = q exp(-rate dt); a rate of 1e9 1/s empties a cell at once. What leaves counts as entered, negative:
+    `fvkit.Stats`.
+
+    Parameters
+    ----------
+    rate : share of the mass that leaves per time, 1/s, >= 0; mostly cell averages that are 0 where nothing leaves.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> hole = np.zeros(50)
+    >>> hole[40:] = 1e9
+    >>> problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 10.0, 50), lambda x: [np.where(x < 2.0, 1.0, 0.0), 0.0 * x], 60.0,
+    ...                      boundary=fv.Wall(), sources=gr.Drain(hole))
+    >>> solution = fv.solve(problem, backend="numpy")
+    >>> bool(solution.stats.entered_by_sources["h"] < -1.9), float(solution.q[-1, 0, 40:].max())
+    (True, 0.0)
+    """
+
+    wets: ClassVar[bool] = False
+    turns: ClassVar[bool] = False
+
+    leaving: float = number(alias="rate", at_least=0.0, hint="1/s; 0 where nothing leaves")
+
+    def acts_in(self) -> np.ndarray | None:
+        return cells_with(self.leaving)
+
+    def step(self, model, q, aux, dt):
+        return scale(np.exp(-self.leaving * dt), q)
+
+    def rate(self, model, q, aux):
+        return scale(-self.leaving, q)

@@ -5,7 +5,9 @@ changes nothing further than one cell from what is wet, and a block that is furt
 what has drained leaves films.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -21,11 +23,15 @@ class ActiveBlocks:
     shape : (ny, nx) of the grid.
     halo : width of the ghost cells of padded states.
     every : whether all blocks are, since something may happen anywhere.
+    wetted : numbers of the cells that sources bring mass to.
     """
 
-    def __init__(self, shape: tuple[int, ...], halo: int, every: bool) -> None:
+    def __init__(self, shape: tuple[int, ...], halo: int, every: bool, wetted: Sequence[Any] = ()) -> None:
         self.shape, self.halo, self.every = shape, halo, every
         self.blocks = np.full([-(-n // SIDE) for n in shape], every)
+        for cells in wetted if not every else ():
+            for j, i in zip(*np.unravel_index(cells, shape), strict=True):
+                self.blocks[max(j - 1, 0) // SIDE:(j + 1) // SIDE + 1, max(i - 1, 0) // SIDE:(i + 1) // SIDE + 1] = True
         self.version = 0
         self.known = False
 

@@ -92,8 +92,9 @@ class NumbaPlaneKernel(PlaneKernel):
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...], threads: int = 1) -> None:
         super().__init__(problem, scheme, parts, threads)
-        every = not problem.model.phases or bool(self.parts.beside)
-        self.blocks = ActiveBlocks(problem.grid.shape, self.halo, every)
+        wetting = [source.acts_in() for source in self.parts.beside if source.wets]
+        every = not problem.model.phases or any(cells is None for cells in wetting)
+        self.blocks = ActiveBlocks(problem.grid.shape, self.halo, every, wetting)
         for sweep in self.sweeps:
             sweep.blocks = self.blocks
 
