@@ -49,6 +49,18 @@ def one_of(parser: argparse.ArgumentParser, option: str, known: Iterable[str], d
 COUNT = checked(int, validation.whole, at_least=1)
 
 
+def cells_of(text: str) -> Any:
+    """Return a number of cells, or a pair: what "80" or "80x40" says, as a ``type`` of argparse."""
+    try:
+        counts = [COUNT(part) for part in text.split("x")]
+    except ValueError:
+        counts = []
+    if len(counts) not in (1, 2):
+        raise argparse.ArgumentTypeError("`value` must be a whole number, or NXxNY for a scene with two axes, such as 80x40, got "
+                                         f"{validation.shown(text)}")
+    return counts[0] if len(counts) == 1 else tuple(counts)
+
+
 def add_scheme_options(parser: argparse.ArgumentParser, several: bool) -> None:
     """Add the options; ``several`` lets each take more than one name."""
     many: dict[str, Any] = {"nargs": "+"} if several else {}

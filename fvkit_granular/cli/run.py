@@ -5,21 +5,25 @@ import json
 import sys
 import warnings
 import zipfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fvkit import Checkpoint, Solution, Status, Step, StopAtRest, load, resume, solve, validation
+from fvkit import Checkpoint, Grid, Solution, Status, Step, StopAtRest, load, resume, solve, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.files import remove, usable_folder
-from fvkit.output.configuration import build
+from fvkit.output.configuration import build, model_and_grid, parsed
 from fvkit.output.figures import new_axes, save_all
-from fvkit.output.plots import KINDS, checked_film, space_time
+from fvkit.output.npz import CHECKPOINT, Archive, expect_format
+from fvkit.output.plots import KINDS, MAPS, checked_film, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
-from fvkit_granular.cli.options import add_scheme_options, checked, common_options, one_of, results_folder, scheme_of
+from fvkit_granular.cli.options import add_scheme_options, cells_of, checked, common_options, one_of, results_folder, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
@@ -30,8 +34,13 @@ from fvkit_granular.studies.compare import deviations
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
 
-#: Extra pictures of the end, by name.
+#: Pictures of the end of a scene with one axis, by name, the first of every run and others on request; and with two axes, all of
+#: every run.
+PROFILE = "profile"
 PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
+
+#: Numbers of cells, along x, where none is given, by the number of axes.
+CELLS = {1: 400, 2: 100}
 
 #: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
 UNSUCCESSFUL = "unsuccessful"
@@ -43,11 +52,15 @@ FRAMES = 60
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     run = add_command(commands, "run", _run, "run one scene with one model and solver",
-                      "fvkit run riemann --cells 800 --out result\n  fvkit run simple-wave --reconstruction mp5 --integrator dp5")
+                      "fvkit run riemann --cells 800 --out result\n"
+                      "  fvkit run simple-wave --reconstruction mp5 --integrator dp5\n"
+                      "  fvkit run dam-break-island --cells 200 --line 0 5 20 5 --animate island.gif")
     run.add_argument("scene", metavar="SCENE", nargs="?", help=SCENE_HELP)
     one_of(run, "--model", MODELS, "two-phase")
     add_scheme_options(run, several=False)
-    run.add_argument("--cells", type=int, default=400, help="number of cells (default 400)")
+    run.add_argument("--cells", type=cells_of, metavar="N",
+                     help=f"number of cells (default {CELLS[1]}); with two axes along x, of nearly square cells, or NXxNY, such as "
+                          f"80x40 (default {CELLS[2]})")
     run.add_argument("--checkpoint", type=Path, metavar="FILE",
                      help="write checkpoints to FILE (.npz) so that an interrupted run can be resumed")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
@@ -59,7 +72,10 @@ def register(commands: Any) -> None:
                      help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
     run.add_argument("--plot", nargs="+", type=checked(str, validation.choice, known=PLOTS), default=[], metavar="KIND",
                      help=f"extra figures KIND.png: at the final time {', '.join(KINDS)}, slip (vs - vf), where margin is the "
-                          "distance to loss of hyperbolicity; space-time: depth over x and t")
+                          "distance to loss of hyperbolicity; space-time: depth over x and t. For scenes with one axis; with two "
+                          f"every run writes {', '.join(MAPS)}")
+    run.add_argument("--line", type=float, nargs=4, metavar=("X0", "Y0", "X1", "Y1"),
+                     help="with two axes the ends of the line of cut.png, m (default: along x through the middle)")
     run.add_argument("--animate", metavar="NAME",
                      help="write an animation with 60 frames to the output folder: NAME.gif, or NAME.mp4 with ffmpeg")
     common_options(run, "fvkit-run-SCENE")
@@ -71,7 +87,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.every is not None and options.checkpoint is None:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
     folder = results_folder(options, "run", options.resume.stem if options.scene is None else scene_label(options.scene))
-    usable_folder(folder, "--out", _written(options))
+    usable_folder(folder, "--out")
     if options.animate is not None:
         usable_folder((folder / checked_film(options.animate)).parent, "--animate")
     if options.checkpoint is not None:
@@ -80,12 +96,15 @@ def _run(options: argparse.Namespace) -> int:
         for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
             if getattr(options, name) is not None:
                 raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
+        _check_pictures(_kept_grid(options.resume), folder, options)
         solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
         return _show(options.resume.stem, solution, None, options)
     chosen = find_scene(options.scene)
+    cells = CELLS[len(chosen.axes)] if options.cells is None else options.cells
+    _check_pictures(chosen.grid(cells), folder, options)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
-        problem = chosen.problem(options.model, options.cells)
+        problem = chosen.problem(options.model, cells)
     scheme = scheme_of(options)
     many = options.animate is not None or "space-time" in options.plot
     times = _film_times(problem.t_end, chosen.times) if many else chosen.times
@@ -108,6 +127,32 @@ def _run(options: argparse.Namespace) -> int:
     return code
 
 
+def _kept_grid(path: Path) -> Grid:
+    """The grid of the run of a checkpoint."""
+    archive = Archive(path)
+    expect_format(archive, CHECKPOINT)
+    return model_and_grid(parsed(archive.text("configuration"), archive.path), archive.path)[1]
+
+
+def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace) -> None:
+    """Refuse pictures that cannot be drawn or written, or are of the other number of axes, before anything is computed."""
+    axes = len(grid.axes)
+    usable_folder(folder, "--out", _written(axes, options))
+    if axes > 1 and options.plot:
+        raise ValueError(f"--plot {options.plot[0]} draws over one axis, and this scene has two: leave it out, "
+                         f"{', '.join(f'{kind}.png' for kind in MAPS)} are written anyway, the last along --line")
+    if options.line is None:
+        return
+    if axes == 1:
+        raise ValueError("--line is the line of a cut through a plane, and this scene has one axis: leave it out")
+    grid.cells_at(_ends(options), "--line")
+
+
+def _ends(options: argparse.Namespace) -> Any:
+    """The ends of the line of a cut, None for the middle."""
+    return None if options.line is None else (options.line[:2], options.line[2:])
+
+
 def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:
     """Output times of a film, those of the scene among them, none twice by rounding."""
     wanted, even = np.array(asked or (t_end,)), np.linspace(0.0, t_end, FRAMES + 1)[1:]
@@ -121,20 +166,20 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     kept = not solution.success and _succeeded(folder)
     folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)
-    earlier, written = _earlier(folder), _written(options)
+    stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
+    pictures, written = _pictures(len(grid.axes), options), _written(len(grid.axes), options)
+    earlier = _earlier(folder)
     solution.configuration[FILES] = written
     solution.save(folder / written[0])
-    pictures = {"profile": "state"} | {kind: kind for kind in options.plot}
-    save_all(folder, {f"{picture}.png": _drawn(solution, kind) for picture, kind in pictures.items()})
+    save_all(folder, {f"{picture}.png": draw(solution) for picture, draw in pictures.items()})
     if options.animate is not None:
         film = folder / checked_film(options.animate)
         film.parent.mkdir(parents=True, exist_ok=True)
-        solution.animate(film, "profile")
+        solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
     remove(folder, earlier, but=written)
-    stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
     scheme = settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
-    print(", ".join([f"{name}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.num_cells} cells",
+    print(", ".join([f"{name}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
                      stats.backend]))
     print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {t_end:g} s")
     print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
@@ -148,7 +193,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
     if reference is not None:
         found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
-        errors = {quantity: grid.dx * float(difference.sum()) for quantity, difference in found.items()}
+        errors = {quantity: grid.cell_volume * float(difference.sum()) for quantity, difference in found.items()}
         print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
     older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
     print(f"  written to {folder}/: {', '.join(written)}{older}")
@@ -158,13 +203,22 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
 def _slope(solution: Solution) -> float:
     """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
     h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
-    return steepest(solution.aux["b"], solution.grid.dx, deep(h).any(axis=0))
+    return steepest(solution.aux["b"], [axis.dx for axis in solution.grid.axes], deep(h).any(axis=0))
 
 
-def _written(options: argparse.Namespace) -> list[str]:
+def _pictures(axes: int, options: argparse.Namespace) -> dict[str, Callable[[Solution], Figure]]:
+    """Pictures of the end, {name: function of the solution}."""
+    if axes > 1:
+        lines = {"cut": {"line": _ends(options)}}
+        return {kind: partial(_drawn, draw, **lines.get(kind, {})) for kind, draw in MAPS.items()}
+    kinds = {PROFILE: "state"} | {kind: kind for kind in options.plot}
+    return {name: partial(_drawn, PLOTS[kind]) for name, kind in kinds.items()}
+
+
+def _written(axes: int, options: argparse.Namespace) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
-    return ["solution.npz", *dict.fromkeys(f"{picture}.png" for picture in ("profile", *options.plot)), *films]
+    return ["solution.npz", *(f"{picture}.png" for picture in _pictures(axes, options)), *films]
 
 
 def _succeeded(folder: Path) -> bool:
@@ -186,8 +240,11 @@ def _earlier(folder: Path) -> list[str]:
             and (folder / name).resolve().is_relative_to(folder.resolve())]
 
 
-def _drawn(solution: Solution, kind: str) -> Figure:
-    """Return one picture of the end."""
+def _drawn(draw: Callable[..., Axes], solution: Solution, **more: Any) -> Figure:
+    """Return one picture of the end; a map chooses its own size."""
+    if draw in MAPS.values() and draw is not MAPS["cut"]:
+        found: Any = draw(solution, **more).figure
+        return found
     figure, axes = new_axes(width=8.0, height=4.5)
-    PLOTS[kind](solution, axes[0])
+    draw(solution, axes[0], **more)
     return figure

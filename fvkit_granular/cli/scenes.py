@@ -20,6 +20,8 @@ def _scenes(options: argparse.Namespace) -> int:
     if options.show is not None:
         print(scene_text(find_scene(options.show)), end="")
         return SUCCESS
+    wide = max(map(len, scene_names()))
     for name in scene_names():
-        print(f"{name:19s} {scene(name).description}")
+        shown = scene(name)
+        print(f"{name:{wide}s}  {len(shown.axes)} {'axes' if len(shown.axes) > 1 else 'axis'}  {shown.description}")
     return SUCCESS

@@ -17,7 +17,13 @@ function                         solves                                        k
 `sliding_acceleration`           the acceleration of that motion               exact          derived here    rounding
 `block_stop`                     a block that friction stops                   exact          derived here    rounding
 `thacker_basin`                  rocking plane in a parabolic basin            exact          Thacker         rounding
+`ThackerBowl`                    plane or paraboloid in a round basin          exact          Thacker         rounding
+`Vortex`                         vortex of shallow water, also carried along   exact          derived here    rounding
+`TwoPhaseVortex`                 vortex of two phases with slip over a bottom  exact          derived here    rounding
+`RadialDamBreak`                 circular dam break, wet and dry               self-converged along the rad.  measured, 1e-3
 ================================ ============================================= ============== =============== =================
+
+The last four are in the plane: their ``at`` takes x, y and t.
 
 Single-velocity solutions are exact for the two-phase model too where phi is uniform and vs = vf: that set
 is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every result has ``kind`` and an
@@ -27,21 +33,24 @@ is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every
 from fvkit_granular.exact.bernoulli import bernoulli_depth, critical_depth, steady_flow
 from fvkit_granular.exact.drag import UniformDrag, uniform_drag
 from fvkit_granular.exact.periodic_flow import PeriodicFlow, periodic_flow
+from fvkit_granular.exact.radial import RadialDamBreak
 from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
 from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
 from fvkit_granular.exact.simple_wave import SimpleWave, hump, simple_wave
 from fvkit_granular.exact.sliding import Accelerated, accelerated, block_stop, sliding_acceleration
 from fvkit_granular.exact.states import NoFourWaveSolution, TwoPhaseState, Wave
-from fvkit_granular.exact.thacker import ThackerBasin, thacker_basin
+from fvkit_granular.exact.thacker import ThackerBasin, ThackerBowl, thacker_basin
 from fvkit_granular.exact.two_phase.fans import RarefactionFans, rarefaction_fans
 from fvkit_granular.exact.two_phase.path_sensitivity import path_sensitivity
 from fvkit_granular.exact.two_phase.paths import PATHS
 from fvkit_granular.exact.two_phase.riemann import TwoPhaseRiemann, TwoPhaseWave, two_phase_riemann
+from fvkit_granular.exact.vortex import TwoPhaseVortex, Vortex
 
 __all__ = [
-    "PATHS", "Accelerated", "NoFourWaveSolution", "PeriodicFlow", "RarefactionFans", "ReducedRiemann", "ReducedState",
-    "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "TwoPhaseRiemann", "TwoPhaseState",
-    "TwoPhaseWave", "UniformDrag", "Wave", "accelerated", "bernoulli_depth", "block_stop", "critical_depth", "hump",
-    "path_sensitivity", "periodic_flow", "rarefaction_fans", "reduced_riemann", "shallow_water_riemann", "simple_wave",
-    "sliding_acceleration", "steady_flow", "thacker_basin", "two_phase_riemann", "uniform_drag",
+    "PATHS", "Accelerated", "NoFourWaveSolution", "PeriodicFlow", "RadialDamBreak", "RarefactionFans", "ReducedRiemann",
+    "ReducedState", "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "ThackerBowl",
+    "TwoPhaseRiemann", "TwoPhaseState", "TwoPhaseVortex", "TwoPhaseWave", "UniformDrag", "Vortex", "Wave", "accelerated",
+    "bernoulli_depth", "block_stop", "critical_depth", "hump", "path_sensitivity", "periodic_flow", "rarefaction_fans",
+    "reduced_riemann", "shallow_water_riemann", "simple_wave", "sliding_acceleration", "steady_flow", "thacker_basin",
+    "two_phase_riemann", "uniform_drag",
 ]

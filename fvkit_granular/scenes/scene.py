@@ -43,8 +43,8 @@ def _interval(value: Any, name: str) -> Any:
     if not isinstance(given, (tuple, list)) or len(given) != 2 or not any(isinstance(end, (tuple, list)) for end in given):
         return validation.interval(value, name)
     if not all(isinstance(end, (tuple, list)) and len(end) == len(NAMES) for end in given):
-        raise ValueError(f"`{name}` must be a pair (lower, upper), or corners ((x0, y0), (x1, y1)) for two axes, got "
-                         f"{validation.shown(value)}")
+        raise TypeError(f"`{name}` must be a pair (lower, upper), or corners ((x0, y0), (x1, y1)) for two axes, got "
+                        f"{validation.shown(value)}")
     along = zip(NAMES, zip(*given, strict=True), strict=True)
     return tuple(zip(*(validation.interval(ends, f"{name}` along `{axis}") for axis, ends in along), strict=True))
 

@@ -42,8 +42,9 @@ def _factory(given: Any) -> Any:
 
 
 def _cells(given: Any, name: str) -> Any:
-    counts = [validation.whole(count, name, at_least=1) for count in (given if isinstance(given, (tuple, list)) else [given])]
-    return counts[0] if counts[1:] == [] else tuple(counts)
+    if isinstance(given, (tuple, list)) and len(given) == 2:
+        return tuple(validation.whole(count, f"{name}[{k}]", at_least=1) for k, count in enumerate(given))
+    return validation.whole(given, name, at_least=1, hint="or a pair (nx, ny) for a scene with two axes")
 
 
 @attrs.frozen

@@ -359,8 +359,9 @@ def test_a_run_of_a_file_that_fails_says_so(folder, capsys):
 def page(tmp_path, monkeypatch):
     """The files of docs/scene_files.md in a folder, and its text."""
     text = PAGE.read_text(encoding="utf-8")
-    (toml,), (table,) = (code_blocks(PAGE, kind) for kind in ("toml", "text"))
+    (toml, plane), (table,) = (code_blocks(PAGE, kind) for kind in ("toml", "text"))
     (tmp_path / "release.toml").write_text(toml)
+    (tmp_path / "plane.toml").write_text(plane)
     (tmp_path / "torrent.csv").write_text(table)
     monkeypatch.chdir(tmp_path)
     return text
@@ -370,6 +371,8 @@ def page(tmp_path, monkeypatch):
 def test_the_files_of_the_page_run(page):
     assert main(["run", "release.toml", "--cells", "40", "--backend", "numpy"]) == SUCCESS
     assert fv.load("fvkit-run-release/solution.npz").t.tolist() == [5.0 * k for k in range(9)]
+    assert main(["run", "plane.toml", "--cells", "20", "--backend", "numpy"]) == SUCCESS
+    assert fv.load("fvkit-run-plane/solution.npz").grid.shape == (10, 20)
 
 
 @pytest.mark.parametrize(("file", "before", "after"), [("release.toml", "phi = {shape", "ph = {shape"), ("torrent.csv", "60\n", "6O\n")])

@@ -31,16 +31,13 @@ def rough(model, grid, seed=0, dry=0.3, speed=3.0):
 
 
 def vortex(n, drift=0.0, t_end=0.5, g=9.81):
-    """A vortex of shallow water that stands or drifts with velocity (drift, drift), periodic; exact.
+    """A vortex of shallow water that stands or drifts with velocity (drift, drift), periodic; exact."""
+    solved = gr.exact.Vortex(drift=(drift, drift), period=(1.0, 1.0), g=g)
 
-    v = (r/R) exp((1 - r^2/R^2)/2) around its centre, h = 1 - exp(1 - r^2/R^2)/(2 g).
-    """
     def at(t):
         def values(x, y):
-            east, north = ((place - 0.5 - drift * t + 0.5) % 1.0 - 0.5 for place in (x, y))
-            square_of = (east * east + north * north) / 0.1**2
-            turning, h = np.exp(0.5 * (1.0 - square_of)) / 0.1, 1.0 - np.exp(1.0 - square_of) / (2.0 * g)
-            return [h, h * (drift - north * turning), h * (drift + east * turning)]
+            h, v_x, v_y = solved.at(x, y, t).values()
+            return [h, h * v_x, h * v_y]
 
         return fv.Problem(gr.ShallowWater(g=g), fv.Grid((0.0, 0.0), (1.0, 1.0), (n, n)), values, t_end, boundary=fv.Periodic())
 

@@ -9,9 +9,7 @@ from scipy.optimize import brentq
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.problem.fields import number
 from fvkit_granular.exact.shallow_water import shallow_water_riemann
-from fvkit_granular.models.wet_dry import velocity
 from tests.plane.problems import CLOSED, rough, square, state
 
 pytest.importorskip("numba")
@@ -53,30 +51,23 @@ def apart(found, exact):
 # Basins: the paraboloid and the rotating plane of Thacker, J. Fluid Mech. 107 (1981) 499-508.
 
 
-def basin(kind, n, a=1.0, h0=0.1, r0=0.8, eta=0.5):
-    """A basin b = h0 (r^2/a^2 - 1) at t = 0, for one period, after which the flow is where it began."""
-    omega = np.sqrt((8.0 if kind == "radial" else 2.0) * G * h0) / a
-    ratio = (a * a - r0 * r0) / (a * a + r0 * r0)
+def basin(motion, n):
+    """A basin for one period, after which the flow is where it began."""
+    solved = gr.exact.ThackerBowl(motion)
 
     def flow(x, y):
-        square_of = (x * x + y * y) / a**2
-        if kind == "radial":
-            level, speed = h0 * (np.sqrt((1.0 + ratio) / (1.0 - ratio)) - 1.0 - square_of * (2.0 * ratio / (1.0 - ratio))), 0.0
-        else:
-            level, speed = eta * h0 / a**2 * (2.0 * x - eta), eta * omega
-        h = np.maximum(level - h0 * (square_of - 1.0), 0.0)
-        return [h, 0.0 * h, h * speed]
+        h, v_x, v_y = solved.at(x, y, 0.0).values()
+        return [h, h * v_x, h * v_y]
 
-    return fv.Problem(gr.ShallowWater(), centred(n, 4.0), flow, 2.0 * np.pi / omega,
-                      aux={"b": lambda x, y: h0 * ((x * x + y * y) / a**2 - 1.0)})
+    return fv.Problem(gr.ShallowWater(), centred(n, 4.0), flow, solved.period, aux={"b": solved.bottom})
 
 
-@pytest.mark.parametrize("kind", ["radial", "planar"])
-def test_basins_return_after_a_period_and_errors_fall_with_the_cells(kind):
+@pytest.mark.parametrize("motion", ["paraboloid", "rotating"])
+def test_basins_return_after_a_period_and_errors_fall_with_the_cells(motion):
     """Between first and second order: shores are of first order."""
     errors = []
     for n in (100, 200):
-        problem = basin(kind, n)
+        problem = basin(motion, n)
         solution = run(problem)
         errors.append(apart(solution.q[-1][0], problem.q0[0]))
         assert abs(solution.stats.mass_drift["h"]) < 1e-13
@@ -86,39 +77,19 @@ def test_basins_return_after_a_period_and_errors_fall_with_the_cells(kind):
 # A circular dam break, against a fine grid along the radius: self-converged, not exact.
 
 
-@attrs.frozen
-class Radial(fv.Source):
-    """What flows radially spreads over growing circles: q_t = -v q/r, exact for constant v."""
-
-    r: float = number()
-
-    def step(self, model, q, aux, dt):
-        share = np.exp(-dt * velocity(q[0], q[1], model.dry) / self.r)
-        return q[0] * share, q[1] * share
-
-    def rate(self, model, q, aux):
-        pace = -velocity(q[0], q[1], model.dry) / self.r
-        return pace * q[0], pace * q[1]
-
-
-def along_the_radius(outside, n, t):
-    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 7.5, n), lambda r: [np.where(r < 2.5, 2.0, outside), 0.0 * r], t,
-                         boundary=(fv.Wall(), fv.Outflow()), sources=Radial(lambda r: r))
-    return problem.grid.centers, run(problem).q[-1][0]
-
-
 @pytest.mark.parametrize(("outside", "t"), [(0.5, 0.5), (0.0, 0.2)])
 def test_a_circular_dam_break_is_as_near_as_one_along_the_radius_and_round(outside, t):
-    r, fine = along_the_radius(outside, 3000, t)
-    _, finer = along_the_radius(outside, 6000, t)
+    dam = gr.exact.RadialDamBreak(outside=outside)
+    r, fine, _ = dam.along(t)
+    _, finer, _ = attrs.evolve(dam, cells=2000).along(t)
     assert apart(r * finer.reshape(-1, 2).mean(axis=1), r * fine) < 1e-3
     errors = []
     for n in (100, 200):
         grid = centred(n)
-        problem = fv.Problem(gr.ShallowWater(), grid, still(averages(grid, lambda x, y: np.where(np.hypot(x, y) < 2.5, 2.0, outside))), t)
+        problem = fv.Problem(gr.ShallowWater(), grid, still(averages(grid, lambda x, y: dam.at(x, y, 0.0)["h"])), t)
         h = run(problem).q[-1][0]
-        errors.append(apart(h, averages(grid, lambda x, y: np.interp(np.hypot(x, y), r, fine))))
-        place, coarse = along_the_radius(outside, 3 * n // 4, t)
+        errors.append(apart(h, averages(grid, lambda x, y: dam.at(x, y, t)["h"])))
+        place, coarse, _ = attrs.evolve(dam, cells=n // 4).along(t)
         assert errors[-1] < 2.0 * apart(place * coarse, place * np.interp(place, r, fine))
     assert errors[1] < 0.6 * errors[0]
     half, x = n // 2, grid.axes[0].centers[n // 2:]
@@ -214,19 +185,15 @@ def test_a_column_comes_to_rest_and_stays():
 # A steady vortex of two phases with slip over a bottom: the pressure of each phase turns it round its centre.
 
 
-def whirl(n, g=9.81, gamma=0.5):
-    """hs v_s^2/r = g hs (hs' + b') + g/2 (1 - gamma) (hs hf)' + gamma g hs hf', v_f^2/r = g (hs' + hf' + b')."""
-    def values(x, y):
-        r2 = x * x + y * y
-        hs, hf = 0.6 - 0.1 * np.exp(-r2), 0.4 - 0.16 * np.exp(-r2 / 2.5)
-        # Derivatives over r.
-        steeper, steep, bed = 0.2 * np.exp(-r2), 0.128 * np.exp(-r2 / 2.5), -0.1 / 1.2 * np.exp(-r2 / 1.2)
-        solid = np.sqrt(g * (steeper + bed) + 0.5 * g * (1.0 - gamma) * (steeper * hf / hs + steep) + gamma * g * steep)
-        fluid = np.sqrt(g * (steeper + steep + bed))
-        return [hs, -hs * solid * y, hs * solid * x, hf, -hf * fluid * y, hf * fluid * x]
+def whirl(n):
+    solved = gr.exact.TwoPhaseVortex()
 
-    return fv.Problem(gr.TwoPhase(g=g, gamma=gamma), centred(n, 12.0), values, 0.5, boundary=fv.Periodic(),
-                      aux={"b": lambda x, y: 0.05 * np.exp(-(x * x + y * y) / 1.2)})
+    def values(x, y):
+        h, phi, *moving = solved.at(x, y).values()
+        vs_x, vs_y, vf_x, vf_y = moving
+        return state(gr.TwoPhase(), h, phi, (vs_x, vf_x), (vs_y, vf_y))
+
+    return fv.Problem(gr.TwoPhase(), centred(n, 12.0), values, 0.5, boundary=fv.Periodic(), aux={"b": solved.bottom})
 
 
 @pytest.mark.parametrize("solver", [gr.Relaxation(), fv.Roe()])

@@ -6,6 +6,7 @@ from fvkit.validation import choice
 from fvkit_granular.scenes.library.dry_and_extreme import HARD_SCENES
 from fvkit_granular.scenes.library.friction import FRICTION_SCENES
 from fvkit_granular.scenes.library.model_differences import MODEL_SCENES
+from fvkit_granular.scenes.library.plane import PLANE_SCENES
 from fvkit_granular.scenes.library.riemann import dam_break, dam_break_phi, perturbed_rest, phi_jump, rest, riemann, simple_wave
 from fvkit_granular.scenes.library.steady_flow import MOVING_SCENES
 from fvkit_granular.scenes.scene import Scene
@@ -39,4 +40,4 @@ def scene_factory(name: str) -> Callable[..., Scene]:
 _SCENES: dict[str, Callable[[], Scene]] = {
     "riemann": riemann, "dam-break-phi": dam_break_phi, "phi-jump": phi_jump, "dam-break": dam_break,
     "simple-wave": simple_wave, "rest": rest, "perturbed-rest": perturbed_rest,
-} | HARD_SCENES | MODEL_SCENES | FRICTION_SCENES | MOVING_SCENES
+} | HARD_SCENES | MODEL_SCENES | FRICTION_SCENES | MOVING_SCENES | PLANE_SCENES
