@@ -199,9 +199,9 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
 
 
 def field(check: Callable[..., Any], default: Any = attrs.NOTHING, *, optional: bool = False, kw_only: bool = False,
-          repr: bool = True, **rules: Any) -> Any:
+          repr: bool = True, eq: Any = None, **rules: Any) -> Any:
     """Declare a field that is ``check(value, its name, **rules)``; where it is ``optional``, None stays."""
-    return attrs.field(default=default, kw_only=kw_only, repr=repr, converter=attrs.Converter(
+    return attrs.field(default=default, kw_only=kw_only, repr=repr, eq=eq, converter=attrs.Converter(
         lambda value, field: None if optional and value is None else check(value, field.name, **rules), takes_field=True))
 
 

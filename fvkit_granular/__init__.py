@@ -26,6 +26,7 @@ from fvkit_granular.sources.rain import Rain
 from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.scene_run import SceneRun
+from fvkit_granular.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from fvkit_granular import exact, plots
@@ -35,8 +36,8 @@ __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FixedLevel", "Front", "FunctionReference",
     "GivenFlow", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced",
     "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning",
-    "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene", "plots",
-    "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
+    "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene",
+    "plots", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
 ]
 
 
