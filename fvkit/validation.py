@@ -4,6 +4,7 @@ import copyreg
 import os
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
+from importlib import import_module
 from numbers import Real
 from os import PathLike, fspath
 from pathlib import Path
@@ -232,6 +233,14 @@ def optional_number(*, hint: str = "", **bounds: Any) -> Any:
 
 def _after(hint: str) -> str:
     return f" ({hint})" if hint else ""
+
+
+def library(name: str, what: str, extra: str) -> Any:
+    """Return the module ``name``, which ``what`` needs, or raise ImportError naming the extra of fvkit that installs it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ImportError(f"{what} needs {name}: pip install 'fvkit[{extra}]'") from None
 
 
 def physical() -> float:

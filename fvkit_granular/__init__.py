@@ -26,6 +26,7 @@ from fvkit_granular.sources.rain import Rain
 from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.scene_run import SceneRun
+from fvkit_granular.terrain.rasters import read_terrain, write_raster
 from fvkit_granular.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ __all__ = [
     "GivenFlow", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced",
     "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning",
     "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene",
-    "plots", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
+    "plots", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]
 
 

@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+from fvkit.files import write_whole
+
 #: Texts of geographic systems: WKT, old .prj files, EPSG's and OGC's names of WGS 84.
 DEGREES = re.compile(r"^\s*(GEOGCS|GEOGCRS|GEODCRS|GEODETICCRS)\b|^\s*projection\s+geographic\b|\bEPSG:{1,2}4326\b|\bCRS84\b",
                      re.IGNORECASE)
@@ -69,3 +71,12 @@ def _same_to_gdal(one: str, other: str) -> tuple[bool, str]:
         return False, advice
     code = first.to_epsg()
     return first == second or (code is not None and code == second.to_epsg()), advice
+
+
+def write_beside(path: Path, crs: str | None) -> None:
+    """Write the ``.prj`` file beside a raster, or remove an older one where there is no CRS."""
+    place = path.with_suffix(".prj")
+    if crs is None:
+        place.unlink(missing_ok=True)
+    else:
+        write_whole(place, lambda file: file.write(crs.encode()))
