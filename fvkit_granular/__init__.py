@@ -27,6 +27,7 @@ from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.scene_run import SceneRun
 from fvkit_granular.terrain.rasters import read_terrain, write_raster
+from fvkit_granular.terrain.release import Release, read_release
 from fvkit_granular.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
@@ -36,9 +37,10 @@ if TYPE_CHECKING:
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "FixedLevel", "Front", "FunctionReference",
     "GivenFlow", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced",
-    "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning",
-    "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact", "load_scene",
-    "plots", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
+    "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow",
+    "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare",
+    "exact", "load_scene", "plots", "read_release", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes",
+    "steady", "write_raster",
 ]
 
 
