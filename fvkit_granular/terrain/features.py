@@ -4,6 +4,7 @@ import json
 import struct
 import warnings
 from collections.abc import Iterator, Mapping
+from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,8 +71,8 @@ class Feature(NamedTuple):
 
 def is_vector(source: Any) -> bool:
     """Whether a source is a mapping of GeoJSON, or the path of a vector file."""
-    if isinstance(source, Path):
-        return source.suffix.lower() in READERS
+    if isinstance(source, (str, PathLike)):
+        return Path(source).suffix.lower() in READERS
     return isinstance(source, Mapping) or hasattr(source, "__geo_interface__")
 
 
@@ -80,8 +81,8 @@ def read_features(source: Any, terrain: Terrain) -> list[Feature]:
 
     Its CRS must be that of the terrain, where both are known.
     """
-    if isinstance(source, Path):
-        where, given, crs = READERS[source.suffix.lower()](source)
+    if isinstance(source, (str, PathLike)):
+        where, given, crs = READERS[Path(source).suffix.lower()](validation.file(source, "source"))
     else:
         where, given, crs = _collection(getattr(source, "__geo_interface__", source), "GeoJSON")
     systems.in_metres(crs, where)
@@ -90,6 +91,13 @@ def read_features(source: Any, terrain: Terrain) -> list[Feature]:
     if not features:
         raise ValueError(f"{where} must have a feature, got none")
     return features
+
+
+def check_apart(covered: np.ndarray, terrain: Terrain, feature: Feature) -> None:
+    """Raise ValueError where the shares of cells (ny, nx) of a feature and of those before it are more than all of a cell."""
+    if covered.max() > 1.0 + ROUNDING:
+        raise ValueError(f"{feature.where}: features must not overlap, got one before it at "
+                         f"{terrain.grid.located(int(np.argmax(covered)))}: merge or cut them")
 
 
 #: What a reader returns: what messages call it, pairs of geometry (GeoJSON) and attributes, CRS.

@@ -1,6 +1,7 @@
 """Raster files of elevation and results (DEM): `read_terrain` and `write_raster`, ESRI ASCII and GeoTIFF."""
 
 from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,8 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.files import write_whole
-from fvkit_granular.terrain import ascii_grid, crs, geotiff
+from fvkit_granular.terrain import ascii_grid, geotiff
+from fvkit_granular.terrain import crs as systems
 from fvkit_granular.terrain.raster import NODATA, Raster
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -17,14 +19,27 @@ READERS: dict[str, Callable[[Path], Raster]] = {".asc": ascii_grid.read, ".txt":
                                                 ".tif": geotiff.read, ".tiff": geotiff.read}
 
 
-def read_raster(path: Any, name: str = "path") -> Raster:
-    """Return the raster of a file, by the end of its name; ``name`` is that of the argument in messages."""
+def read_raster(path: Any, name: str = "path", besides: tuple[str, ...] = ()) -> Raster:
+    """Return the raster of a file, by the end of its name; ``name`` is that of the argument in messages, see `cells_of`."""
     place = validation.file(path, name)
     if place.suffix.lower() not in READERS:
-        raise ValueError(f"`{name}` must be a raster whose name ends in {', '.join(READERS)}, got {str(place)!r}")
+        raise ValueError(f"`{name}` must be a file that ends in {', '.join((*besides, *READERS))}, got {str(place)!r}")
     raster = READERS[place.suffix.lower()](place)
-    crs.in_metres(raster.crs, place)
+    systems.in_metres(raster.crs, place)
     return raster
+
+
+def cells_of(source: Any, terrain: Terrain, name: str, besides: tuple[str, ...] = ()) -> tuple[str, np.ndarray]:
+    """Return what messages call a raster or an array, and its values on the cells of a terrain, (ny, nx), NaN for no data.
+
+    ValueError where grid or CRS of a raster are not those of the terrain; ``besides`` are other endings that would do.
+    """
+    if not isinstance(source, (str, bytes, PathLike)):
+        return "the array", validation.array(source, name, terrain.grid.shape)
+    raster = read_raster(source, name, besides)
+    systems.check_same(raster.crs, terrain.crs, raster.path)
+    terrain.check_on_grid(raster.grid, raster.path)
+    return str(raster.path), raster.values
 
 
 def read_terrain(path: Any, window: Any = None, cell: float | None = None) -> Terrain:
@@ -135,5 +150,5 @@ def write_raster(path: Any, values: Any, terrain: Terrain) -> Path:
         return write_whole(place, lambda file: file.write(content))
     text = ascii_grid.text_of_raster(cells, ground.grid)
     write_whole(place, lambda file: file.write(text.encode()))
-    crs.write_beside(place, ground.crs)
+    systems.write_beside(place, ground.crs)
     return place

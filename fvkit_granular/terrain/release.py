@@ -1,7 +1,5 @@
 """Release of mass on a terrain: thickness by polygons, rasters or arrays (`Release`, `read_release`)."""
 
-from os import PathLike
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import attrs
@@ -11,8 +9,8 @@ from fvkit import validation
 from fvkit.studies.tables import table
 from fvkit_granular.terrain import crs as systems
 from fvkit_granular.terrain import features
-from fvkit_granular.terrain.features import ROUNDING, Feature, is_vector, read_features
-from fvkit_granular.terrain.rasters import READERS, read_raster
+from fvkit_granular.terrain.features import Feature, check_apart, is_vector, read_features
+from fvkit_granular.terrain.rasters import cells_of
 from fvkit_granular.terrain.terrain import SAME_CELLS, Terrain
 
 #: Attributes of features, in any case: thickness, m, and solid fraction.
@@ -125,10 +123,9 @@ def read_release(source: Any, terrain: Terrain, thickness: float | None = None, 
                                                                 hint="60 % is 0.6")
     b_x, b_y = ground.gradient
     stretch = np.sqrt(1.0 + b_x**2 + b_y**2) if how == "normal" else np.ones(ground.grid.shape)
-    origin = validation.file(source, "source") if isinstance(source, (str, bytes, PathLike)) else source
-    if is_vector(origin):
-        return _of_features(read_features(origin, ground), ground, given, solid, how, stretch)
-    where, values = _cells(origin, ground)
+    if is_vector(source):
+        return _of_features(read_features(source, ground), ground, given, solid, how, stretch)
+    where, values = _depths(source, ground)
     if given is not None:
         raise ValueError(f"`thickness` must be None where {where} is the thickness of each cell, got {given:g}")
     h = values * stretch
@@ -148,10 +145,7 @@ def _of_features(found: list[Feature], terrain: Terrain, thickness: float | None
         depth = _thickness(feature) if thickness is None else thickness
         share = _share(feature, terrain)
         covered += share
-        if covered.max() > 1.0 + ROUNDING:
-            cell = int(np.argmax(covered))
-            raise ValueError(f"{feature.where}: features must not overlap, got one before it at {terrain.grid.located(cell)}: "
-                             "which thickness holds there?")
+        check_apart(covered, terrain, feature)
         own = share * depth * stretch
         h += own
         solids += own * (fraction or 0.0)
@@ -211,18 +205,10 @@ def _check_known(covered: np.ndarray, terrain: Terrain, where: str) -> None:
                          f"{terrain.grid.located(int(np.flatnonzero(lost)[0]))}: move it, or fill holes, `terrain.filled()`")
 
 
-def _cells(source: Any, terrain: Terrain) -> tuple[str, np.ndarray]:
+def _depths(source: Any, terrain: Terrain) -> tuple[str, np.ndarray]:
     """Return what messages call a raster or an array of thickness, and its values (ny, nx), 0 where there is none."""
-    if isinstance(source, Path):
-        where, endings = str(source), (*features.READERS, *READERS)
-        if source.suffix.lower() not in endings:
-            raise ValueError(f"`source` must be a file that ends in {', '.join(endings)}, got {where!r}")
-        raster = read_raster(source, "source")
-        systems.check_same(raster.crs, terrain.crs, where)
-        terrain.check_on_grid(raster.grid, where)
-        values = np.nan_to_num(raster.values)
-    else:
-        where, values = "the array", validation.array(source, "source", terrain.grid.shape)
+    where, cells = cells_of(source, terrain, "source", tuple(features.READERS))
+    values = np.nan_to_num(cells)
     if (values < 0.0).any() or not values.any():
         raise ValueError(f"{where}: thickness must be >= 0 m, and > 0 somewhere, got {values.min():g} to {values.max():g}")
     _check_known(values, terrain, where)

@@ -4,7 +4,6 @@ from heapq import heapify, heappop, heappush
 
 import attrs
 import numpy as np
-from scipy import ndimage
 
 from fvkit.problem.grid import Grid
 
@@ -77,6 +76,8 @@ def slopes(bottom: np.ndarray, missing: np.ndarray, grid: Grid) -> Slopes:
 
 def depressions(bottom: np.ndarray, missing: np.ndarray, grid: Grid) -> Depressions:
     """Return depressions; water leaves at the edge of the raster and into cells without data."""
+    from scipy import ndimage  # not at the import of the package: it takes longer than all of that
+
     depth = np.where(missing, 0.0, spill_levels(bottom, missing) - bottom)
     return Depressions(int(ndimage.label(depth > 0.0)[1]), float(depth.sum() * grid.cell_volume), float(depth.max()))
 
@@ -88,7 +89,9 @@ def spill_levels(bottom: np.ndarray, missing: np.ndarray) -> np.ndarray:
     """
     padded = np.pad(missing, 1, constant_values=True)
     ground, seen, width = np.pad(bottom, 1).ravel().tolist(), padded.ravel().tolist(), padded.shape[1]
-    outlets = ~padded & ndimage.binary_dilation(padded)
+    beside_none = np.zeros_like(padded)
+    beside_none[1:-1, 1:-1] = padded[:-2, 1:-1] | padded[2:, 1:-1] | padded[1:-1, :-2] | padded[1:-1, 2:]
+    outlets = ~padded & beside_none
     heap = [(ground[cell], cell) for cell in np.flatnonzero(outlets).tolist()]
     for _, cell in heap:
         seen[cell] = True

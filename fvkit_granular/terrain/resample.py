@@ -1,10 +1,12 @@
 """Resampling of rasters: averages over larger cells, and holes that are filled."""
 
+from typing import Any
+
 import numpy as np
-from scipy import ndimage, sparse
-from scipy.sparse.linalg import spsolve
 
 from fvkit.problem.grid import Axis, Grid
+
+# Parts of SciPy are imported where they are used: that takes longer than the import of the package.
 
 #: Share of its area that a larger cell must know to have an average.
 KNOWN = 0.5
@@ -33,8 +35,10 @@ def averaged(values: np.ndarray, fine: Grid, coarse: Grid) -> np.ndarray:
     return np.where(weight >= KNOWN * coarse.cell_volume, total / np.maximum(weight, 1e-300), np.nan)
 
 
-def overlaps(fine: Axis, coarse: Axis) -> sparse.csr_array:
-    """Return the lengths that cells of two axes share, m, (coarse cells, fine cells)."""
+def overlaps(fine: Axis, coarse: Axis) -> Any:
+    """Return the lengths that cells of two axes share, m, as a sparse array (coarse cells, fine cells)."""
+    from scipy import sparse
+
     edges = np.union1d(fine.edges, coarse.edges)
     middle = 0.5 * (edges[1:] + edges[:-1])
     rows, columns = (np.searchsorted(axis.edges, middle, side="right") - 1 for axis in (coarse, fine))
@@ -45,6 +49,8 @@ def overlaps(fine: Axis, coarse: Axis) -> sparse.csr_array:
 
 def holes(missing: np.ndarray) -> np.ndarray:
     """Return the mask (ny, nx) of cells without data that cells with data enclose: that no way over sides leads to the edge."""
+    from scipy import ndimage
+
     labels, _ = ndimage.label(missing)
     outer = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
     return missing & ~np.isin(labels, outer)
@@ -52,6 +58,9 @@ def holes(missing: np.ndarray) -> np.ndarray:
 
 def filled(values: np.ndarray, where: np.ndarray) -> np.ndarray:
     """Return values (ny, nx) with the enclosed cells ``where`` filled: each is the mean of its four neighbours (Laplace)."""
+    from scipy import sparse
+    from scipy.sparse.linalg import spsolve
+
     if not where.any():
         return values
     number = np.full(where.shape, -1)

@@ -140,7 +140,7 @@ def test_attributes_are_checked(properties, words):
 @pytest.mark.parametrize(("change", "error", "words"), [
     (dict(thickness=0.0), ValueError, "`thickness` must be finite and > 0"), (dict(thickness="1"), TypeError, "thickness"), (dict(solid_fraction=60.0), ValueError, "60 % is 0.6"),
     (dict(measured="slope"), ValueError, "vertical, normal"), (dict(terrain=None), TypeError, "`terrain` must be an instance of Terrain"),
-    (dict(source="release.kml"), ValueError, r"ends in \.geojson, \.json, \.shp, \.asc"), (dict(source="nowhere.geojson"), FileNotFoundError, "nowhere"),
+    (dict(source="release.kml"), ValueError, r"must be a file that ends in \.geojson, \.json, \.shp, \.asc"), (dict(source="nowhere.geojson"), FileNotFoundError, "nowhere"),
     (dict(source=np.ones((2, 2))), ValueError, r"shape \(6, 8\)"), (dict(source=np.zeros((6, 8)), thickness=None), ValueError, "> 0 somewhere"),
     (dict(source=-np.ones((6, 8)), thickness=None), ValueError, ">= 0"), (dict(source=np.ones((6, 8))), ValueError, "`thickness` must be None"),
     (dict(source=np.full((6, 8), np.nan)), ValueError, "finite"), (dict(source=None), TypeError, "numbers")])
