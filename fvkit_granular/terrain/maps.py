@@ -13,14 +13,14 @@ from fvkit.output.figures import new_axes
 from fvkit_granular.terrain.release import Release
 from fvkit_granular.terrain.terrain import Terrain
 
-#: Width of the figure of a map and its least and largest height, inches, and what stands around the map.
-WIDTH, LOWEST, HIGHEST, AROUND = 7.2, 3.0, 10.0, 0.9
+#: Width of the figure of a map, of the map in it, least and largest height of the map, and what stands below it, inches.
+WIDTH, MAP, LOWEST, HIGHEST, BELOW = 7.2, 5.7, 2.4, 10.0, 0.6
 
 #: Where the sun stands on maps: north-west, half-way up.
 SUN = LightSource(azdeg=315.0, altdeg=45.0)
 
-#: Most contour lines, and darkness of shadows: 0 black, 1 white.
-LINES, DARKEST = 14, 0.35
+#: Most contour lines, and brightness of shadows and of the sunny side: 0 black, 1 white.
+LINES, SHADOW, SUNNY = 14, 0.3, 0.95
 
 #: Share of the width of a map that a scale bar has at most, and the lengths that it may have, times a power of ten.
 BAR, LENGTHS = 0.25, (5.0, 2.0, 1.0)
@@ -63,7 +63,7 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
     ground = validation.instance(terrain, "terrain", Terrain)
     x, y = ground.grid.axes
     width, height = x.upper - x.lower, y.upper - y.lower
-    tall = float(np.clip(WIDTH * height / width, LOWEST, HIGHEST)) + AROUND
+    tall = float(np.clip(MAP * height / width, LOWEST, HIGHEST)) + BELOW
     target = ax if ax is not None else new_axes(width=WIDTH, height=tall)[1][0]
     extent = (x.lower, x.upper, y.lower, y.upper)
     target.imshow(_shade(ground), cmap="gray", vmin=0.0, vmax=1.0, extent=extent, origin="lower", interpolation="none")
@@ -76,7 +76,7 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
         last = None if highest is None else validation.real(highest, "highest", above=above)
         image = target.imshow(seen, cmap="viridis_r", vmin=above, vmax=last, extent=extent, origin="lower", interpolation="none",
                               alpha=0.85)
-        target.figure.colorbar(image, ax=target, label=label, shrink=0.8, extend="max" if last is not None else "neither")
+        target.figure.colorbar(image, ax=target, label=label, shrink=0.7, extend="max" if last is not None else "neither")
     if release is not None:
         edge = validation.instance(release, "release", Release).thickness > 0.0
         target.contour(x.centers, y.centers, edge, levels=[0.5], colors="#D55E00", linewidths=1.6)
@@ -88,7 +88,7 @@ def _shade(terrain: Terrain) -> np.ma.MaskedArray:
     """Return the brightness of the ground, (ny, nx), 0 to 1, masked where there is no data."""
     b_x, b_y = terrain.gradient
     normals = np.stack([-b_x, -b_y, np.ones_like(b_x)], axis=-1) / np.sqrt(1.0 + b_x**2 + b_y**2)[..., None]
-    return np.ma.masked_where(terrain.missing, DARKEST + (1.0 - DARKEST) * SUN.shade_normals(normals))
+    return np.ma.masked_where(terrain.missing, SHADOW + (SUNNY - SHADOW) * np.clip(normals @ SUN.direction, 0.0, 1.0))
 
 
 def _contours(target: Axes, terrain: Terrain) -> None:
@@ -108,7 +108,7 @@ def _furnish(target: Axes, width: float) -> None:
     text = f"{length / 1000.0:g} km" if length >= 1000.0 else f"{length:g} m"
     target.add_artist(AnchoredSizeBar(target.transData, length, text, "lower left", pad=0.4, borderpad=0.6, sep=4,
                                       size_vertical=length / 40.0))
-    target.annotate("N", xy=(0.95, 0.97), xytext=(0.95, 0.89), xycoords="axes fraction", ha="center", va="center", weight="bold",
+    target.annotate("N", (0.95, 0.97), (0.0, -28.0), "axes fraction", "offset points", ha="center", va="center", weight="bold",
                     arrowprops={"arrowstyle": "-|>", "lw": 1.4}, bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"})
     target.ticklabel_format(style="plain", useOffset=False)
     target.tick_params(labelsize=7)
