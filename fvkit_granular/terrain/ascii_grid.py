@@ -117,6 +117,10 @@ def _numbers(path: Path, text: str, end: int, shape: tuple[int, int]) -> np.ndar
         said = "the file ends too early, at" if len(values) < needed else "more numbers follow in"
         raise ValueError(f"{path}: nrows x ncols = {shape[0]} x {shape[1]} = {needed} numbers are needed, got {len(values)}: "
                          f"{said} line {line}")
+    lines = [line for line in body.split("\n") if line.strip()]
+    if shape[0] != shape[1] and len(lines) == shape[1] and len(lines[0].split()) == len(lines[-1].split()) == shape[0]:
+        raise ValueError(f"{path}: ncols x nrows must be the shape of the numbers, got {shape[1]} x {shape[0]} for {len(lines)} "
+                         f"lines of {shape[0]} numbers: exchange ncols and nrows")
     return values
 
 

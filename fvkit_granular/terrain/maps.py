@@ -60,7 +60,9 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
     >>> axes.get_aspect()
     1.0
     """
-    ground = validation.instance(terrain, "terrain", Terrain)
+    ground, named = validation.instance(terrain, "terrain", Terrain), validation.text(label, "label")
+    least = validation.real(above, "above")
+    last = None if highest is None else validation.real(highest, "highest", above=least)
     x, y = ground.grid.axes
     width, height = x.upper - x.lower, y.upper - y.lower
     tall = float(np.clip(MAP * height / width, LOWEST, HIGHEST)) + BELOW
@@ -72,11 +74,10 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
         given = validation.floats(values, "values")
         if given.shape != ground.grid.shape:
             raise ValueError(f"`values` must have the shape of the terrain, {ground.grid.shape}, got {given.shape}")
-        seen = np.ma.masked_where(~(given > validation.real(above, "above")) | ground.missing, given)
-        last = None if highest is None else validation.real(highest, "highest", above=above)
-        image = target.imshow(seen, cmap="viridis_r", vmin=above, vmax=last, extent=extent, origin="lower", interpolation="none",
+        seen = np.ma.masked_where(~(given > least) | ground.missing, given)
+        image = target.imshow(seen, cmap="viridis_r", vmin=least, vmax=last, extent=extent, origin="lower", interpolation="none",
                               alpha=0.85)
-        target.figure.colorbar(image, ax=target, label=label, shrink=0.7, extend="max" if last is not None else "neither")
+        target.figure.colorbar(image, ax=target, label=named, shrink=0.7, extend="max" if last is not None else "neither")
     if release is not None:
         edge = validation.instance(release, "release", Release).thickness > 0.0
         target.contour(x.centers, y.centers, edge, levels=[0.5], colors="#D55E00", linewidths=1.6)

@@ -55,6 +55,7 @@ def test_an_esri_ascii_raster_is_read_however_it_is_spelled(write, text):
     (HEADER.replace("ncols 3", "ncols three") + BODY, "ncols must be a number, got 'three'"), (HEADER.replace("cellsize 5", "cellsize 0") + BODY, "cellsize must be > 0"),
     (HEADER.replace("xllcorner 100", "xllcorner inf") + BODY, "xllcorner must be finite"),
     (HEADER.replace("cellsize 5", "dx 5\ndy 6") + BODY, "must be square, got dx = 5 and dy = 6: resample"), (HEADER + "4 5 -9999\n1 two 3", "line 8: a number is needed, got 'two'"),
+    (HEADER.replace("ncols 3\nnrows 2", "ncols 2\nnrows 3") + BODY, "got 2 x 3 for 2 lines of 3 numbers: exchange ncols and nrows"),
     (HEADER + "4 5 -9999\n1 nan 3", "line 8: numbers must be finite"), (HEADER + "4 inf -9999\n1 2 3", "line 7: numbers must be finite"),
     (HEADER + "1.004,5 5 6 1 2 3", "points or commas, got both"), (HEADER + "-9999 " * 6, "a cell with data"), (HEADER + "4 5 -32768 1 2 3", "code for no data"),
     (HEADER.encode() + b"\xff\xfe", "not UTF-8"), (b"II*\x00\x08\x00\x00\x00", "header")])
