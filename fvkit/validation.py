@@ -4,6 +4,7 @@ import copyreg
 import os
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
+from importlib import import_module
 from numbers import Real
 from os import PathLike, fspath
 from pathlib import Path
@@ -199,9 +200,9 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
 
 
 def field(check: Callable[..., Any], default: Any = attrs.NOTHING, *, optional: bool = False, kw_only: bool = False,
-          repr: bool = True, **rules: Any) -> Any:
+          repr: bool = True, eq: Any = None, **rules: Any) -> Any:
     """Declare a field that is ``check(value, its name, **rules)``; where it is ``optional``, None stays."""
-    return attrs.field(default=default, kw_only=kw_only, repr=repr, converter=attrs.Converter(
+    return attrs.field(default=default, kw_only=kw_only, repr=repr, eq=eq, converter=attrs.Converter(
         lambda value, field: None if optional and value is None else check(value, field.name, **rules), takes_field=True))
 
 
@@ -232,6 +233,14 @@ def optional_number(*, hint: str = "", **bounds: Any) -> Any:
 
 def _after(hint: str) -> str:
     return f" ({hint})" if hint else ""
+
+
+def library(name: str, what: str, extra: str) -> Any:
+    """Return the module ``name``, which ``what`` needs, or raise ImportError naming the extra of fvkit that installs it."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise ImportError(f"{what} needs {name}: pip install 'fvkit[{extra}]'") from None
 
 
 def physical() -> float:

@@ -27,24 +27,32 @@ from fvkit_granular.sources.rain import Drain, Rain
 from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.scene_run import SceneRun
+from fvkit_granular.terrain.outline import OutlineScore, compare_outline
+from fvkit_granular.terrain.rasters import read_terrain, write_raster
+from fvkit_granular.terrain.release import Release, read_release
+from fvkit_granular.terrain.terrain import Terrain
 
 if TYPE_CHECKING:
     from fvkit_granular import exact, plots
     from fvkit_granular.exact.moving_equilibrium import MovingEquilibrium, steady
+    from fvkit_granular.terrain.maps import draw_map
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Drain", "FixedLevel", "Front", "FunctionReference",
-    "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "PitmanLe", "PitmanLeDrag", "Profile", "Rain",
-    "Reduced", "Reference", "Relaxation", "Scene", "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow",
-    "SteepSlopeWarning", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise", "compare", "exact",
-    "load_scene", "plots", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
+    "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "OutlineScore", "PitmanLe", "PitmanLeDrag",
+    "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged", "ShallowWater",
+    "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "advise",
+    "compare", "compare_outline", "draw_map", "exact", "load_scene", "plots", "read_release", "read_terrain", "scene",
+    "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import `exact` and scipy, or `plots` and matplotlib, when they are first asked for."""
+    """Import `exact` and scipy, or `plots`, `draw_map` and matplotlib, when they are first asked for."""
     if name in ("MovingEquilibrium", "steady"):
         return getattr(import_module("fvkit_granular.exact.moving_equilibrium"), name)
+    if name == "draw_map":
+        return import_module("fvkit_granular.terrain.maps").draw_map
     if name in ("exact", "plots"):
         return import_module(f"fvkit_granular.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

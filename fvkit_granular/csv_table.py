@@ -28,6 +28,12 @@ EARTH = (-12_000.0, 9_000.0)
 CODES = (-999.0, -32768.0, -32767.0, 32767.0, *(sign * (10.0**digits - 1.0) for digits in range(4, 11) for sign in (-1.0, 1.0)))
 HUGE = 1e19
 
+#: Height over length of a ground that is hardly meant: both in the same unit it lies between these.
+FLAT, STEEP = 1e-3, 2.0
+
+#: Lengths from which a ground that is all but flat is noticed, and the highest number that may be kilometres, m.
+LONG, HIGH = 100.0, 9.0
+
 
 class Columns(NamedTuple):
     """Columns of a CSV file.
@@ -105,6 +111,14 @@ def missing(values: np.ndarray) -> np.ndarray:
         return known
     gap = np.maximum(others.min() - values, values - others.max())
     return known & (gap > np.ptp(others)) & (gap > 0.0)
+
+
+def implausible(heights: np.ndarray, length: float) -> str:
+    """Return what a ground of these heights, m, over a length, m, looks like in the wrong unit: "steep", "flat", or ""."""
+    height = float(np.ptp(heights))
+    if height > STEEP * length:
+        return "steep"
+    return "flat" if length >= LONG and 0.0 < height < FLAT * length and np.abs(heights).max() <= HIGH else ""
 
 
 def text_of(path: Path, largest: int = LARGEST) -> str:

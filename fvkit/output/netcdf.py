@@ -5,7 +5,6 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from hashlib import sha256
-from importlib import import_module
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ from fvkit.output.status import Results
 from fvkit.problem.directions import component_names, observables, quantities
 from fvkit.problem.grid import NAMES, Grid
 from fvkit.problem.model import Model
+from fvkit.validation import library
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -103,7 +103,7 @@ def global_attributes(kept: Mapping[str, Any]) -> dict[str, str]:
 
 def dataset(solution: Results) -> "Dataset":
     """Return a solution as an ``xarray.Dataset``, see `Solution.to_xarray`."""
-    xarray = _library("xarray", "to_xarray")
+    xarray = library("xarray", "to_xarray", "io")
     model, grid, aux = solution.model, solution.grid, solution.aux
     layout = fields(model, grid, solution.q[0], aux)
     frames = [frame(model, grid, layout, q, aux) for q in solution.q]
@@ -136,7 +136,7 @@ class Writer:
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
                  kept: Mapping[str, Any], part: Path | None = None) -> None:
-        h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
+        h5netcdf, h5py = library("h5netcdf", "netCDF", "io"), library("h5py", "netCDF", "io")
         self.path, self.part = path, part or path.with_name(f"{path.stem}.part.nc")
         self._model, self._grid, self._aux, self._layout, self._count = model, grid, aux, fields(model, grid, q, aux), 0
         self._digest = _digest(aux.values())
@@ -245,7 +245,7 @@ Pieces = tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], dict[str, Any], Mo
 
 def read(path: Path) -> Pieces:
     """Return the content of a solution from a netCDF file, see `fvkit.load`."""
-    h5netcdf, h5py = _library("h5netcdf", "netCDF"), _library("h5py", "netCDF")
+    h5netcdf, h5py = library("h5netcdf", "netCDF", "io"), library("h5py", "netCDF", "io")
     if not path.exists():
         raise FileNotFoundError(f"there is no file {path}")
     try:
@@ -308,10 +308,3 @@ def _check(checksum: Any, t: np.ndarray, q: np.ndarray, aux: Mapping[str, np.nda
     found.update(kept.encode())
     if found.hexdigest() != checksum:
         raise Unreadable(path, "its values are not those that were written: it is damaged, or was changed")
-
-
-def _library(name: str, what: str) -> Any:
-    try:
-        return import_module(name)
-    except ImportError:
-        raise ImportError(f"{what} needs {name}: pip install 'fvkit[io]'") from None

@@ -17,7 +17,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise.part import by_name
-from fvkit_granular.csv_table import UNITS, read_columns
+from fvkit_granular.csv_table import UNITS, implausible, read_columns
 from fvkit_granular.models.quantities import velocities
 
 
@@ -288,12 +288,6 @@ class ShapedFlow:
 
 INTERPOLATIONS = ("linear", "constant")
 
-#: Height over length of a bottom that is hardly meant: both in the same unit it lies between these.
-FLAT, STEEP = 1e-3, 2.0
-
-#: Lengths from which a bottom that is all but flat is noticed, and the highest number that may be kilometres, m.
-LONG, HIGH = 100.0, 9.0
-
 
 @attrs.frozen
 class Profile(Shape):
@@ -345,9 +339,10 @@ class Profile(Shape):
     def warn_of_units(self) -> None:
         """Warn where the numbers of a bottom look like another unit than the header names."""
         length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
-        if height > STEEP * length:
+        looks = implausible(self.values, length)
+        if looks == "steep":
             advice, header = f"if {self.along} is in kilometres, or `{self.column}` in centimetres or millimetres", self.along
-        elif length >= LONG and 0.0 < height < FLAT * length and np.abs(self.values).max() <= HIGH:
+        elif looks == "flat":
             advice, header = f"if `{self.column}` is in kilometres", self.column
         else:
             return

@@ -288,7 +288,7 @@ def test_a_missing_extra_is_a_sentence(solution, tmp_path, monkeypatch):
     def missing(name):
         raise ImportError(name)
 
-    monkeypatch.setattr(netcdf, "import_module", missing)
+    monkeypatch.setattr("fvkit.validation.import_module", missing)
     with pytest.raises(ImportError, match=r"^to_xarray needs xarray: pip install 'fvkit\[io\]'$"):
         solution.to_xarray()
     with pytest.raises(ImportError, match=r"^netCDF needs h5netcdf: pip install 'fvkit\[io\]'$"):

@@ -11,6 +11,9 @@ from fvkit_granular import exact, shapes
 from fvkit_granular.csv_table import read_columns
 
 GRID = fv.Grid(0.0, 1.0, 6)
+PLANE = fv.Grid((0.0, 0.0), (3.0, 2.0), (3, 2))
+TERRAIN = gr.Terrain(PLANE, np.zeros((2, 3)))
+SQUARE = {"type": "Polygon", "coordinates": [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]]]}
 LEFT, RIGHT = (1.0, 0.5, 0.0, 0.0), (0.9, 0.5, 0.0, 0.0)
 
 
@@ -150,6 +153,18 @@ CALLS = {
     "read_columns": Call(read_columns, dict(path="nowhere.csv"), dict(path="file"), works=False),
     "Profile.read": Call(gr.Profile.read, dict(path="nowhere.csv", column="b", interpolation="linear"), dict(path="file"), works=False),
     "Hydrograph.read": Call(gr.Hydrograph.read, dict(path="nowhere.csv"), dict(path="file"), works=False),
+    "Terrain": Call(gr.Terrain, dict(grid=PLANE, bottom=np.zeros((2, 3))), dict(grid="grid", name="text", crs="text?")),
+    "Terrain.coarser": Call(TERRAIN.coarser, dict(cell=1.0), dict(cell="positive")),
+    "Terrain.window": Call(TERRAIN.window, dict(lower=(0.0, 0.0), upper=(2.0, 2.0)), dict(lower="array", upper="array")),
+    "read_terrain": Call(gr.read_terrain, dict(path="nowhere.asc"), dict(path="file"), works=False),
+    "write_raster": Call(gr.write_raster, dict(path="nowhere/depth.asc", values=np.zeros((2, 3)), terrain=TERRAIN),
+                         dict(path="file", values="array", terrain="part"), works=False),
+    "read_release": Call(gr.read_release, dict(source=SQUARE, terrain=TERRAIN, thickness=1.0),
+                         dict(terrain="part", thickness="positive?", solid_fraction="share?", measured="name")),
+    "compare_outline": Call(gr.compare_outline, dict(values=np.ones((2, 3)), observed=SQUARE, terrain=TERRAIN),
+                            dict(values="array", terrain="part", above="number")),
+    "draw_map": Call(gr.draw_map, dict(terrain=TERRAIN, values=np.ones((2, 3))),
+                     dict(terrain="part", values="array?", label="text", release="part?", above="number", highest="positive?")),
     "build": Call(build, dict(data=dict(zip(("class", "from"), ("Roe", "fvkit.schemes.riemann"), strict=True)), name="data"), dict(name="text")),
     "fvkit.testing.run": Call(fv.testing.run, dict(suite=LimiterSuite), dict(suite="part")),
     # exact solutions
@@ -205,7 +220,7 @@ ABSTRACT = "abstract: see test_abstract_parts_say_what_is_missing"
 ERROR = "an exception, raised by the package"
 NUMPY = "NumPy's own function, for pointwise code"
 ELSEWHERE = {
-    **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "MovingEquilibrium", "Profile", "shapes.Profile", "fvkit.testing.Outcome",
+    **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "MovingEquilibrium", "OutlineScore", "Profile", "Release", "shapes.Profile", "fvkit.testing.Outcome",
                      *(f"exact.{name}" for name in ("Accelerated", "PeriodicFlow", "RarefactionFans", "ReducedRiemann", "ReducedState",
                                                     "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "TwoPhaseRiemann",
                                                     "TwoPhaseState", "TwoPhaseWave", "UniformDrag", "Wave"))), RESULT),

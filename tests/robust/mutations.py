@@ -38,6 +38,10 @@ outputs = ["max.h"]
 [parameters]
 gamma = [0.3, 0.6]
 """
+DEM_ASC = b"ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 5\nNODATA_value -9999\n4 5.5 -9999\n1 2e0 3\n"
+RELEASE_JSON = (b'{"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": "EPSG:31287"}}, "features": [{"type": "Feature", '
+                b'"properties": {"name": "upper", "thickness": 1.5, "phi": 0.6}, "geometry": {"type": "Polygon", "coordinates": '
+                b'[[[101, 201], [112, 202], [108, 209], [101, 201]], [[105, 203], [106, 203], [106, 204], [105, 203]]]}}]}')
 COLUMNS_CSV = b"x [m], b [m], phi [%]\n# a remark\n0, 1.5, 50\n1, 2.5e-1, 60\n2.0, 0.0, 70\n"
 
 
@@ -60,6 +64,18 @@ def _columns(path):
     return table.units, {name: values.tolist() for name, values in table.values.items()}, table.lines
 
 
+def _terrain(path):
+    terrain = gr.read_terrain(path)
+    return terrain.grid, terrain.bottom.tobytes(), terrain.crs
+
+
+def _release(path):
+    release = gr.read_release(path, TERRAIN)
+    return release.thickness.tobytes(), release.phi if release.phi is None else release.phi.tobytes(), release.parts
+
+
+TERRAIN = gr.Terrain(fv.Grid((100.0, 200.0), (115.0, 210.0), (6, 4)), np.zeros((4, 6)))
+
 #: {kind: (ending, function of a path that returns what was read, comparable)}. A resumed run makes no step.
 READERS = {
     "npz": (".npz", lambda path: _state(fv.load(path))),
@@ -68,6 +84,8 @@ READERS = {
     "scene": (".toml", _scene),
     "sweep": (".toml", _sweep),
     "csv": (".csv", _columns),
+    "raster": (".asc", _terrain),
+    "polygons": (".geojson", _release),
 }
 
 
@@ -77,7 +95,7 @@ def seeds(folder):
     problem = gr.scene("riemann").problem(gr.TwoPhase, 12)
     solution = fv.solve(problem, backend="numpy", limits=fv.Limits(steps=3), throw=False, checkpoint=fv.Checkpoint(folder / "checkpoint.npz"))
     found = {"npz": solution.save(folder / "npz.npz").read_bytes(), "checkpoint": (folder / "checkpoint.npz").read_bytes(),
-             "scene": SCENE_TOML, "sweep": SWEEP_TOML, "csv": COLUMNS_CSV}
+             "scene": SCENE_TOML, "sweep": SWEEP_TOML, "csv": COLUMNS_CSV, "raster": DEM_ASC, "polygons": RELEASE_JSON}
     with suppress(ImportError):  # without the extra io there is nothing to read
         found["netcdf"] = solution.save(folder / "netcdf.nc").read_bytes()
     return found

@@ -1,0 +1,1 @@
+"""Terrain: elevation rasters and release areas in; rasters, scores and maps out."""
