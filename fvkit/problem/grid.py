@@ -141,13 +141,17 @@ class Grid:
         if given.shape[1:] != (len(self.axes),)[:len(self.axes) - 1]:
             wanted = "numbers x, for a grid with one axis" if len(self.axes) == 1 else "pairs (x, y), for a grid with two axes"
             raise ValueError(f"{name} must be a list of {wanted}, got an array of shape {given.shape}")
-        found = []
-        for axis, values in zip(self.axes, given.reshape(len(given), -1).T, strict=True):
+        columns = given.reshape(len(given), -1).T
+        for axis, values in zip(self.axes, columns, strict=True):
             outside = values[(values < axis.lower) | (values > axis.upper)]
             if len(outside):
                 raise ValueError(f"{name} must be within [{axis.lower:g}, {axis.upper:g}], got {outside[0]:g}")
-            found.append(np.clip(np.searchsorted(axis.edges, values, side="right") - 1, 0, axis.num_cells - 1))
-        return np.ravel_multi_index(tuple(found[::-1]), self.shape)
+        return np.ravel_multi_index(self.index(*columns), self.shape)
+
+    def index(self, *places: Any) -> tuple[np.ndarray, ...]:
+        """Return the indices, in arrays of cells, of the cells that contain places x, or x and y; outside those of the nearest."""
+        return tuple(np.clip(np.floor((np.asarray(x, dtype=float) - axis.lower) / axis.dx).astype(int), 0, axis.num_cells - 1)
+                     for axis, x in zip(self.axes, places, strict=True))[::-1]
 
     @property
     def described(self) -> str:

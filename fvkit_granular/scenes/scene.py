@@ -13,10 +13,13 @@ from fvkit.problem.grid import NAMES
 from fvkit.problem.problem import boundary_pair, source_list
 from fvkit.problem.side import four_sides
 from fvkit_granular.csv_table import missing
-from fvkit_granular.models.quantities import Flow, conserved, over_ground, whole_flow
+from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
+from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
+from fvkit_granular.scenes.mountain import GAPS, ReleasedFlow, check_release, corners, ground, outlet
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
-from fvkit_granular.scenes.slope import warn_of_steep_ground
+from fvkit_granular.scenes.slope import needs_steep, warn_of_steep_ground, within_reach
+from fvkit_granular.terrain.terrain import Terrain
 
 
 def two_states(left: Mapping[str, float], right: Mapping[str, float], at: float = 0.0) -> ShapedFlow:
@@ -49,6 +52,11 @@ def _interval(value: Any, name: str) -> Any:
     return tuple(zip(*(validation.interval(ends, f"{name}` along `{axis}") for axis, ends in along), strict=True))
 
 
+def _nothing(x: np.ndarray, y: np.ndarray) -> dict[str, Any]:
+    """Dry ground."""
+    return {"h": 0.0 * (x + y), "phi": 0.0}
+
+
 @attrs.frozen(eq=False)
 class Scene:
     """A flow to be computed, in physical terms, for any of the models, along a line or on a plane.
@@ -70,11 +78,31 @@ class Scene:
     reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
     name, description : for lists and reports; the description tells where the case comes from.
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
+    slope : equations of a model that is given as a class: "mild", "steep", or "auto" for the steep ones where the flow may reach
+        ground steeper than 10 degrees.
+    terrain : `Terrain`, the ground, in place of ``interval`` and ``bottom``; it brings its own cells.
+    release : `Release` on that terrain, in place of ``initial``.
+    phi : solid fraction of the release, in [0, 1], where it gives none.
+    gaps : what cells of the terrain without data are: "outlet", which takes what reaches it, or "wall".
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> grid = fv.Grid((0.0, 0.0), (60.0, 20.0), (30, 10))
+    >>> terrain = gr.Terrain(grid, 30.0 - 0.5 * np.broadcast_to(grid.axes[0].centers, grid.shape))
+    >>> square = {"type": "Polygon", "coordinates": [[[4, 4], [14, 4], [14, 16], [4, 16], [4, 4]]]}
+    >>> scene = gr.Scene(terrain=terrain, release=gr.read_release(square, terrain, thickness=1.0), t_end=2.0, phi=0.6,
+    ...                  sources=gr.CoulombFriction(0.3))
+    >>> solution = fv.solve(scene.problem(gr.TwoPhase), backend="numpy")
+    >>> solution.model.slope, f"{solution.observables()['speed_s'].max():.0f} m/s"
+    ('steep', '4 m/s')
     """
 
-    interval: Any = validation.field(_interval)
-    t_end: float = validation.number(above=0.0)
-    initial: Flow = validation.field(validation.function, hint="x -> {h, phi, vs, vf}, or of x and y", repr=False)
+    interval: Any = validation.field(_interval, None, optional=True)
+    t_end: Any = validation.field(validation.real, None, optional=True, above=0.0)
+    initial: Any = validation.field(validation.function, None, optional=True, hint="x -> {h, phi, vs, vf}, or of x and y",
+                                    repr=False)
     bottom: Any = attrs.field(default=0.0, repr=False)
     boundary: Any = attrs.field(factory=Outflow)
     sources: Any = attrs.field(default=(), converter=source_list)
@@ -85,8 +113,23 @@ class Scene:
     name: str = validation.words("")
     description: str = validation.words("")
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(ascending))
+    slope: str = validation.field(validation.choice, "auto", kw_only=True, known=("auto", *SLOPES))
+    terrain: Any = validation.field(validation.instance, None, optional=True, kw_only=True, kind=Terrain,
+                                    hint="such as gr.read_terrain(\"dem.asc\")")
+    release: Any = attrs.field(default=None, kw_only=True)
+    phi: Any = validation.field(validation.real, None, optional=True, kw_only=True, at_least=0.0, at_most=1.0)
+    gaps: str = validation.field(validation.choice, GAPS[0], kw_only=True, known=GAPS)
 
     def __attrs_post_init__(self) -> None:
+        if self.terrain is not None:
+            self._lie_on_terrain()
+        elif self.release is not None or self.phi is not None:
+            raise ValueError("`release` and `phi` need a `terrain`: gr.Scene(terrain=gr.read_terrain(...), release=..., "
+                             "t_end=...); a profile has interval and initial")
+        for name, example in (("interval", "(0.0, 100.0), or `terrain`"), ("t_end", "60.0 s"),
+                              ("initial", "lambda x: {\"h\": 1.0, \"phi\": 0.5}, or `release` on a terrain")):
+            if getattr(self, name) is None:
+                raise TypeError(f"`{name}` of a scene must be given, such as {example}")
         object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
         if len(self.axes) > 1:
             check_arguments(self.initial, len(self.axes), "initial")
@@ -94,6 +137,22 @@ class Scene:
                 check_arguments(self.bottom, len(self.axes), "bottom")
         if isinstance(self.bottom, Profile):
             self.bottom.warn_of_units()
+
+    def _lie_on_terrain(self) -> None:
+        """Take interval, bottom and initial flow from the terrain and the release."""
+        where = corners(self.terrain)
+        if self.interval not in (None, where):
+            raise ValueError(f"`interval` must be left out with a `terrain`, whose corners are {where}, got {self.interval}: cut "
+                             "it with `window` of gr.read_terrain")
+        if self.release is not None:
+            check_release(self.release, self.terrain)
+        elif self.initial is None and not self.sources:
+            raise ValueError("a scene on a terrain must have a `release`, an `initial` flow, or `sources` such as gr.Rain")
+        object.__setattr__(self, "interval", where)
+        if np.isscalar(self.bottom):
+            object.__setattr__(self, "bottom", ground(self.terrain, self.gaps))
+        if self.initial is None:
+            object.__setattr__(self, "initial", _nothing if self.release is None else ReleasedFlow(self.release, self.phi))
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -105,8 +164,16 @@ class Scene:
         """(lower, upper) of each axis, m."""
         return (self.interval,) if len(self.axes) == 1 else tuple(zip(*self.interval, strict=True))
 
-    def grid(self, cells: Any) -> Grid:
-        """Return the grid of a number of cells; with two axes of so many along x and nearly square ones, or of (nx, ny)."""
+    def grid(self, cells: Any = None) -> Grid:
+        """Return the grid of a number of cells; with two axes of so many along x and nearly square ones, or of (nx, ny).
+
+        None is the grid of the terrain, on which a scene with one runs.
+        """
+        if cells is None and self.terrain is None:
+            raise TypeError("`cells` must be given, such as 400: a scene without a terrain has no cells of its own")
+        if cells is None:
+            found: Grid = self.terrain.grid
+            return found
         if len(self.axes) > 1 and not isinstance(cells, (tuple, list)):
             along = validation.whole(cells, "cells", at_least=1, hint="the number along x, or a pair (nx, ny)")
             (x0, x1), (y0, y1) = self.ends
@@ -117,13 +184,15 @@ class Scene:
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
         if isinstance(model, type) and issubclass(model, Model):
-            return model(**{name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")})
+            physics = {name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")}
+            return model(**physics, **({"slope": "steep"} if self.slope == "steep" and issubclass(model, ShallowFlow) else {}))
         return validation.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
 
-    def problem(self, model: Any, cells: Any) -> Problem:
+    def problem(self, model: Any, cells: Any = None) -> Problem:
         """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells, see `grid`.
 
-        Warns (`SteepSlopeWarning`) where the flow may reach ground steeper than 15 degrees, see `fvkit_granular.scenes.slope`.
+        A class gets the equations for steep ground where the flow may reach ground steeper than 10 degrees and ``slope`` is
+        "auto". Those for mild slopes warn (`SteepSlopeWarning`) above 15 degrees, see `fvkit_granular.scenes.slope`.
         """
         chosen = self.model(model)
         if not callable(getattr(chosen, "conserved_from", None)):
@@ -133,11 +202,22 @@ class Scene:
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
         grid = self.grid(cells)
+        if self.terrain is not None and grid != self.terrain.grid:
+            raise ValueError(f"`cells` must be those of the terrain, {self.terrain.grid.described}, got {grid.described}: read "
+                             "it with another `cell`, gr.read_terrain(path, cell=10.0)")
         sources = tuple(source for source in self.sources if len(chosen.phases) > 1 or not source.between_phases)
+        if self.terrain is not None:
+            sources += outlet(self.terrain, self.gaps)
         result = Problem(chosen, grid, conserved(chosen, self.initial, self.height), self.t_end,
                          aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
         self._refuse_gaps(grid)
-        warn_of_steep_ground(result, self.g)
+        if getattr(chosen, "slope", "steep") == "steep":
+            return result
+        slope = within_reach(result, self.g)
+        if isinstance(model, type) and self.slope == "auto" and needs_steep(slope):
+            steep: Any = result.model
+            return attrs.evolve(result, model=attrs.evolve(steep, slope="steep"))
+        warn_of_steep_ground(slope)
         return result
 
     def _refuse_gaps(self, grid: Grid) -> None:
@@ -166,8 +246,7 @@ class Scene:
             if np.ndim(b) != len(self.axes):
                 raise ValueError(f"`bottom` must be cell averages {'(ny, nx)' if len(self.axes) > 1 else '(num_cells,)'}, got an "
                                  f"array of shape {np.shape(b)}")
-            b = b[tuple(np.clip((x - lower) / (upper - lower) * n, 0, n - 1).astype(int)
-                        for x, (lower, upper), n in zip(places, self.ends, b.shape[::-1], strict=True))[::-1]]
+            b = b[self.grid(b.shape[0] if b.ndim == 1 else b.shape[::-1]).index(*places)]
         return np.broadcast_to(b, np.shape(places[0]))
 
     def known_reference(self) -> Reference | None:

@@ -21,6 +21,9 @@ from fvkit.problem.slopes import resolved_steps
 #: Angle, degrees, above which a scene warns, and the share of the largest depth below which a cell is dry here.
 MILD, DRY = 15.0, 1e-3
 
+#: Angle, degrees, above which a scene takes the equations for steep ground.
+STEEP = 10.0
+
 #: Observables whose size is a speed.
 SPEEDS = ("v", "vs", "vf", "speed", "speed_s", "speed_f")
 
@@ -139,9 +142,13 @@ def is_steep(slope: float) -> bool:
     return bool(slope > np.tan(np.radians(MILD)))
 
 
-def warn_of_steep_ground(problem: Problem, g: float) -> None:
-    """Warn where the flow of a problem may reach ground above `MILD` degrees."""
-    slope = within_reach(problem, g)
+def needs_steep(slope: float) -> bool:
+    """Return whether a slope is above `STEEP` degrees, where scenes take the equations for steep ground."""
+    return bool(slope > np.tan(np.radians(STEEP)))
+
+
+def warn_of_steep_ground(slope: float) -> None:
+    """Warn where a flow with the mild-slope equations may reach a slope above `MILD` degrees."""
     if is_steep(slope):
-        warnings.warn(f"{sentence(slope)}, by the square of the slope; they are made for slopes up to {MILD:g} degrees, and here "
-                      "speed and runout come out too large", SteepSlopeWarning, stacklevel=3)
+        warnings.warn(f"{sentence(slope)}, by b_x^2; they are made for slopes up to {MILD:g} degrees, and here speed and runout "
+                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=4)

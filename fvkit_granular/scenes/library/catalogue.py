@@ -1,6 +1,10 @@
-"""Built-in scenes by name."""
+"""Built-in scenes by name; all of them have the equations for mild slopes, as their references and sources do."""
 
 from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+import attrs
 
 from fvkit.validation import choice
 from fvkit_granular.scenes.library.dry_and_extreme import HARD_SCENES
@@ -34,10 +38,16 @@ def scene(name: str) -> Scene:
 
 def scene_factory(name: str) -> Callable[..., Scene]:
     """Return the function that makes the built-in scene ``name``; its arguments, if any, are those of the scene."""
-    return _SCENES[choice(name, "scene", _SCENES)]
+    made = _SCENES[choice(name, "scene", _SCENES)]
+
+    @wraps(made)
+    def mild(*arguments: Any, **named: Any) -> Scene:
+        return attrs.evolve(made(*arguments, **named), slope="mild")
+
+    return mild
 
 
-_SCENES: dict[str, Callable[[], Scene]] = {
+_SCENES: dict[str, Callable[..., Scene]] = {
     "riemann": riemann, "dam-break-phi": dam_break_phi, "phi-jump": phi_jump, "dam-break": dam_break,
     "simple-wave": simple_wave, "rest": rest, "perturbed-rest": perturbed_rest,
 } | HARD_SCENES | MODEL_SCENES | FRICTION_SCENES | MOVING_SCENES | PLANE_SCENES

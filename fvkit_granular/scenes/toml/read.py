@@ -36,7 +36,7 @@ ALL_SIDES = tuple(name for pair in SIDES for name in pair)
 ALONG = "along"
 
 #: Keys of a file, of `initial`, and what those of a flow measure.
-TOP = ("name", "description", "interval", "t_end", "g", "gamma", "reference", "initial", "bottom", "boundary", "sources",
+TOP = ("name", "description", "interval", "t_end", "g", "gamma", "slope", "reference", "initial", "bottom", "boundary", "sources",
        "outputs")
 FLOW = {"h": "length", "surface": "length", "phi": "share", **dict.fromkeys((*velocities(1), *velocities(2)), "speed")}
 
@@ -97,7 +97,7 @@ def load_scene(path: str | Path) -> Scene:
         top.need(key)
     bottom = _bottom(top)
     initial = _initial(top.inner("initial"), _axes(top))
-    given: dict[str, Any] = {key: top.data[key] for key in ("interval", "t_end", "g", "gamma") if key in top.data}
+    given: dict[str, Any] = {key: top.data[key] for key in ("interval", "t_end", "g", "gamma", "slope") if key in top.data}
     reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
     boundary, sources = _boundary(top), _sources(top)
     name, description = top.text("name", Path(path).stem), top.text("description", "")

@@ -32,7 +32,7 @@ def scene_text(scene: Scene) -> str:
     instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     lines = [f"{key} = {_value(value)}" for key, value in (
         ("name", scene.name), ("description", scene.description), ("interval", scene.interval), ("t_end", scene.t_end),
-        ("g", scene.g), ("gamma", scene.gamma)) if value != ""]
+        ("g", scene.g), ("gamma", scene.gamma), ("slope", scene.slope)) if value not in ("", "auto")]
     same = _same_as_built_in(scene)
     if scene.reference is not None:
         lines.append(f"reference = {_value(_reference(scene))}")
