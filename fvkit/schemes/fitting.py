@@ -7,6 +7,7 @@ from fvkit import validation
 from fvkit.pointwise import contract, scale
 from fvkit.problem import answers, fields
 from fvkit.problem.directions import Direction
+from fvkit.problem.grid import Grid
 from fvkit.problem.problem import Problem
 from fvkit.problem.questions import check_answers, samples
 from fvkit.problem.relief import over_slopes
@@ -24,8 +25,7 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, tuple[Par
     """Return the scheme (the default for None) and its `Parts` along each axis, checked against the problem."""
     validation.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else validation.instance(scheme, "scheme", Scheme)
-    if len(problem.grid.axes) > 1 and not chosen.planar:
-        raise ValueError(f"{type(chosen).__name__} serves a grid with one axis, got one with two: take fv.WavePropagation")
+    check_axes(chosen, problem.grid)
     every = tuple(_parts_of(problem, chosen, direction) for direction in problem.directions)
     parts = every[0]
     check_parts(problem, parts)
@@ -34,6 +34,12 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, tuple[Par
         chosen.time_integrator.check()
     chosen = cautioned(problem, chosen, parts)
     return chosen, every if problem.background is None else tuple(chosen.around(parts) for parts in every)
+
+
+def check_axes(scheme: Scheme, grid: Grid) -> None:
+    """Refuse a scheme that does not serve as many axes as a grid has."""
+    if len(grid.axes) > 1 and not scheme.planar:
+        raise ValueError(f"{type(scheme).__name__} serves a grid with one axis, got one with two: take fv.WavePropagation")
 
 
 def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:

@@ -93,7 +93,7 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
 
     def found() -> Convergence:
         if exact is None:
-            others = [_onto(fine.q[-1], coarse.grid) for coarse, fine in pairwise(solutions)]
+            others = [onto(fine.q[-1], coarse.grid) for coarse, fine in pairwise(solutions)]
         else:
             others = [exact(solution.model, solution.grid, float(solution.t[-1])) for solution in solutions]
         errors = [measure((solution.q[-1] - other).reshape(len(other), -1), solution.grid.cell_volume)
@@ -150,7 +150,7 @@ def _run(problem_of: Callable[[int], Problem], scheme: Scheme | None, count: int
     return solve(problem, scheme, backend=backend, nonhyperbolic="ignore")
 
 
-def _onto(q: np.ndarray, grid: Grid) -> np.ndarray:
+def onto(q: np.ndarray, grid: Grid) -> np.ndarray:
     """Return averages over the cells of a coarse grid, (num_eqn, *grid.shape), of averages on a refined grid."""
     for axis, count in enumerate(grid.shape, start=1):
         if q.shape[axis] % count:

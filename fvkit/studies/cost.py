@@ -4,21 +4,22 @@ from collections.abc import Sequence
 from math import log
 
 
-def predicted(cells: int, done: Sequence[tuple[int, float]]) -> float:
-    """Return the predicted run time with ``cells`` cells, s, extrapolated from coarser runs.
+def predicted(cells: int, done: Sequence[tuple[int, float]], axes: int = 1) -> float:
+    """Return the predicted run time with ``cells`` cells along each axis, s, extrapolated from coarser runs.
 
-    The time grows like N^2 on fine grids and like N on coarse grids, where the cost of a step does not depend on N. The
-    exponent is that between the two finest runs, limited to [1, 2], or 1 for a single run.
+    The time grows like N^(axes + 1) on fine grids and like N on coarse grids, where the cost of a step does not depend on N. The
+    exponent is that between the two finest runs, limited to [1, axes + 1], or ``axes`` for a single run.
 
     Parameters
     ----------
     done : (cells, seconds) of coarser runs; without any the prediction is 0.
+    axes : number of axes.
     """
     known = sorted(done)
     if not known:
         return 0.0
-    power, (finest, seconds) = 1.0, known[-1]
+    power, (finest, seconds) = float(axes), known[-1]
     if len(known) > 1:
         before, less = known[-2]
-        power = min(max(log(seconds / less) / log(finest / before), 1.0), 2.0)
+        power = min(max(log(seconds / less) / log(finest / before), 1.0), axes + 1.0)
     return seconds * (cells / finest) ** power

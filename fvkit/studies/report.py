@@ -27,10 +27,11 @@ SETTINGS = ("scheme", "limiter", "order", "integrator", "options")
 
 
 class Profile(NamedTuple):
-    """Observables over x at the end of a run."""
+    """Observables over x at the end of a run, (n,); with two axes over x and y, (ny, nx)."""
 
     x: np.ndarray
     observables: dict[str, np.ndarray]
+    y: np.ndarray | None = None
 
 
 def environment(*packages: str) -> tuple[dict[str, Any], dict[str, str]]:
@@ -66,7 +67,7 @@ class Report:
     machine, versions : hardware and software of the measurement, see `environment`.
     full_model : name of the model of the reference; errors of other models include a modelling error.
     profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
-    bottom : (x, b) on the finest grid, None if flat.
+    bottom : (x, b) on the finest grid, b (n,) or (ny, nx); None if flat.
     remarks : further information on the reference, {name: dict with a line of ``text``, or None}, for the table and
         report.json.
     """
@@ -80,6 +81,11 @@ class Report:
     profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
     bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)
     remarks: Mapping[str, Mapping[str, Any] | None] = attrs.field(factory=dict, repr=False)
+
+    @property
+    def has_maps(self) -> bool:
+        """Whether the scene has two axes."""
+        return any(profile.y is not None for profile in self.profiles.values())
 
     def series(self) -> dict[str, list[Row]]:
         """Return the series of rows that differ only in the number of cells, {label: rows}; labels contain varying settings."""
@@ -107,7 +113,8 @@ class Report:
         text = [f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}", fixed, ""]
         text.append(table([head, *body]))
         others = sorted({row["model"] for row in self.rows} - {self.full_model})
-        text += ["", "L1 = integral of |error| over x, ord. = observed order; ms = median wall time of the stepping."]
+        where = "x and y, cells = those along x" if self.has_maps else "x"
+        text += ["", f"L1 = integral of |error| over {where}, ord. = observed order; ms = median wall time of the stepping."]
         if others:
             text += [f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with the "
                      "scheme's on top."]
@@ -205,10 +212,10 @@ class Report:
         return "; ".join([text, *above, *reached]) + "."
 
     def plot(self) -> dict[str, "Figure"]:
-        """Return the three figures, {name: figure}: error versus time, error versus cells, profiles."""
-        from fvkit.studies.report_pictures import PICTURES
+        """Return the figures, {name: figure}: error versus time, error versus cells, profiles, and with two axes maps."""
+        from fvkit.studies.report_pictures import pictures
 
-        return {name: draw(self) for name, draw in PICTURES.items()}
+        return {name: draw(self) for name, draw in pictures(2 if self.has_maps else 1).items()}
 
     def save(self, folder: str | Path) -> Path:
         """Write report.json, report.csv and the figures to ``folder``, created if missing, and return its path."""

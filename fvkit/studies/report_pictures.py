@@ -112,25 +112,27 @@ def any_columns(report: Compared, x: str, y: str) -> Figure:
 
 
 def profiles(report: Compared) -> Figure:
-    """Return a figure of the final observables on the finest grids, with the reference and the bottom."""
-    curves = {label: profile for label, profile in report.profiles.items() if label != "reference"}
-    names = list(dict.fromkeys(name for profile in report.profiles.values() for name in profile.observables))
+    """Return a figure of the final observables on the finest grids, with the reference and the bottom; with two axes along x
+    through the middle."""
+    lines = {label: _through_the_middle(profile) for label, profile in report.profiles.items()}
+    curves = {label: profile for label, profile in lines.items() if label != "reference"}
+    names = list(dict.fromkeys(name for profile in lines.values() for name in profile.observables))
     if report.bottom is None:
         names = [name for name in names if name != "surface"]
     figure, axes = new_axes((len(names) + 1) // 2 or 1, 2, height=3.0)
     for ax, name in zip(axes, names, strict=False):
         if name == "surface" and report.bottom is not None:
             x, b = report.bottom
+            b = _middle(b)
             ax.fill_between(x, b, min(0.0, float(b.min())), color="0.85", zorder=0, label="bottom")
-        reference = report.profiles.get("reference")
+        reference = lines.get("reference")
         if reference is not None and name in reference.observables:
             ax.plot(reference.x, reference.observables[name], color="0.7", linewidth=4.0, label="reference", zorder=1)
         for k, (label, profile) in enumerate(curves.items()):
             if name in profile.observables:
                 ax.plot(profile.x, profile.observables[name], color=COLORS[k % len(COLORS)], linewidth=1.2, label=label,
                         linestyle=("-", "--", "-.", ":")[k % 4])
-        values = np.concatenate([profile.observables[name] for profile in report.profiles.values()
-                                 if name in profile.observables])
+        values = np.concatenate([profile.observables[name] for profile in lines.values() if name in profile.observables])
         if np.ptp(values) < 1e-9:
             ax.set_ylim(values.mean() - 0.5, values.mean() + 0.5)
         ax.set(xlabel="x", ylabel=name)
@@ -141,12 +143,54 @@ def profiles(report: Compared) -> Figure:
     return figure
 
 
+def _middle(values: np.ndarray) -> np.ndarray:
+    """Values over x: of a map those of its middle row."""
+    return values if values.ndim == 1 else values[len(values) // 2]
+
+
+def _through_the_middle(profile: Any) -> Any:
+    return profile._replace(observables={name: _middle(values) for name, values in profile.observables.items()}, y=None)
+
+
+def maps(report: Compared) -> Figure:
+    """Return a figure of a scene with two axes: a map of the first observable of the reference, and what each series has more or
+    less on its finest grid, all to one scale."""
+    reference = report.profiles["reference"]
+    name = next(iter(reference.observables))
+    wanted = reference.observables[name]
+    apart = {label: profile.observables[name] - wanted for label, profile in report.profiles.items()
+             if label != "reference" and profile.observables[name].shape == wanted.shape}
+    largest = max((float(np.abs(values).max()) for values in apart.values()), default=0.0) or 1.0
+    count = 1 + len(apart)
+    ratio = float((reference.y[-1] - reference.y[0]) / max(reference.x[-1] - reference.x[0], 1e-300))
+    figure, axes = new_axes(-(-count // 2), min(count, 2), height=min(max(1.2 + 4.6 * ratio, 2.2), 5.6))
+    mesh = axes[0].pcolormesh(reference.x, reference.y, wanted, cmap="viridis", rasterized=True, shading="nearest")
+    figure.colorbar(mesh, ax=axes[0], label=name)
+    axes[0].set_title(f"reference: {name}", fontsize="medium")
+    for ax, (label, values) in zip(axes[1:], apart.items(), strict=False):
+        mesh = ax.pcolormesh(reference.x, reference.y, values, cmap="RdBu_r", vmin=-largest, vmax=largest, rasterized=True,
+                             shading="nearest")
+        figure.colorbar(mesh, ax=ax, label=f"{name} - reference")
+        ax.set_title(label, fontsize="medium")
+    for ax in axes[:count]:
+        ax.set(xlabel="x", ylabel="y", aspect="equal")
+    for ax in axes[count:]:
+        ax.set_visible(False)
+    figure.suptitle(_note(report), fontsize="medium")
+    return figure
+
+
 def _finish(figure: Figure, axes: list, report: Compared) -> None:
     figure.suptitle(_note(report), fontsize="medium")
     legend_below(figure, axes, 3, "small")
 
 
-#: {file name without extension: function of the report}.
+#: {file name without extension: function of the report}; `pictures` adds what a scene with two axes has.
 PICTURES: dict[str, Callable[[Compared], Figure]] = {
     "error_time": error_against_time, "error_cells": error_against_cells, "profiles": profiles,
 }
+
+
+def pictures(axes: int) -> dict[str, Callable[[Compared], Figure]]:
+    """Return the pictures of a report of a scene with so many axes, {file name without extension: function of the report}."""
+    return PICTURES | ({"maps": maps} if axes > 1 else {})

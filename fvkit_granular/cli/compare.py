@@ -8,7 +8,8 @@ from fvkit import validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import remove, usable_folder
 from fvkit.output.figures import save_all
-from fvkit.studies.report_pictures import PICTURES
+from fvkit.problem.directions import observables
+from fvkit.studies.report_pictures import pictures
 from fvkit_granular.cli import options as common
 from fvkit_granular.models.registry import COMPARED, MODELS
 from fvkit_granular.scenes.scene import Scene
@@ -28,14 +29,15 @@ def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     study = add_command(commands, "compare", _compare, "compare models and solvers on one scene: error against time",
                         "fvkit compare riemann --cells 100 200 400\n"
+                        "  fvkit compare two-phase-vortex --riemann roe relaxation --cells 25 50 100\n"
                         "  fvkit compare simple-wave --method wave-propagation method-of-lines --reconstruction mp5 weno5\n"
                         "  fvkit compare riemann --seconds 2 --plot-axes steps error.phi")
     study.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     study.add_argument("--models", nargs="+", type=common.named(MODELS), default=list(COMPARED.values()), metavar="M",
                        help=f"any of {', '.join(MODELS)} (default: {' '.join(COMPARED)})")
     common.add_scheme_options(study, several=True)
-    study.add_argument("--cells", nargs="+", type=common.COUNT, default=[100, 200, 400, 800], metavar="N",
-                       help="numbers of cells (default 100 200 400 800)")
+    study.add_argument("--cells", nargs="+", type=common.COUNT, metavar="N",
+                       help="numbers of cells (default 100 200 400 800), with two axes along x (default 25 50 100)")
     study.add_argument("--repeats", type=common.COUNT, default=3, help="timed repeats of each run (default 3)")
     study.add_argument("--seconds", type=float, metavar="S",
                        help="time limit per run (s); runs expected to exceed it are skipped, others are stopped (default: none)")
@@ -49,9 +51,10 @@ def _compare(options: argparse.Namespace) -> int:
     known = _columns(chosen, options.models) if options.plot_axes else ()
     for name in (name for pair in options.plot_axes for name in pair):
         validation.choice(name, "--plot-axes", known)
-    pictures = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
+    always = [f"{name}.png" for name in pictures(len(chosen.axes))]
+    asked = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
     folder = usable_folder(common.results_folder(options, "compare", scene_label(options.scene)), "--out",
-                           ("report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *pictures))
+                           ("report.json", "report.csv", *always, *asked))
     tell = common.teller()
     report, stopped = done_so_far(partial(compare, chosen, options.models, cells=options.cells, repeats=options.repeats,
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
@@ -63,7 +66,7 @@ def _compare(options: argparse.Namespace) -> int:
     remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=drawn)
     table = report.table().splitlines()
     print("\n".join(table[:-1]))
-    written = ["report.json", "report.csv", *(f"{name}.png" for name in PICTURES), *drawn]
+    written = ["report.json", "report.csv", *always, *drawn]
     print(f"written to {folder}/: {', '.join(written)}")
     print(table[-1])
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
@@ -74,7 +77,7 @@ def _columns(scene: Scene, models: list[Any]) -> list[str]:
     """Names that columns of report.csv will have: those of `AXES`, by quantity where there are several."""
     result = dict.fromkeys(name for name in AXES if name not in BY_QUANTITY and name != "mass_drift")
     for problem in (scene.problem(model, 10) for model in models):
-        names = compared(problem.model.observables(problem.q0, problem.aux_averages))
+        names = compared(observables(problem.model, problem.grid, problem.q0, problem.aux_averages))
         result |= dict.fromkeys(f"{column}.{name}" for column in BY_QUANTITY for name in names)
         result |= dict.fromkeys(f"mass_drift.{problem.model.conserved[row]}" for row in problem.model.mass_rows())
     return list(result)

@@ -59,8 +59,8 @@ def register(commands: Any) -> None:
     one_of(run, "--model", MODELS, "two-phase")
     add_scheme_options(run, several=False)
     run.add_argument("--cells", type=cells_of, metavar="N",
-                     help=f"number of cells (default {CELLS[1]}); with two axes along x, of nearly square cells, or NXxNY, such as "
-                          f"80x40 (default {CELLS[2]})")
+                     help=f"number of cells (default {CELLS[1]}); with two axes along x, of nearly square cells (default "
+                          f"{CELLS[2]}), or NXxNY, such as 80x40")
     run.add_argument("--checkpoint", type=Path, metavar="FILE",
                      help="write checkpoints to FILE (.npz) so that an interrupted run can be resumed")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")

@@ -8,8 +8,10 @@ import numpy as np
 
 from fvkit import MC, Limits, Model, Problem, RiemannSolver, Scheme, Solution, Status, WavePropagation, solve, validation
 from fvkit.pointwise.part import public_name
-from fvkit.problem.directions import observables
+from fvkit.problem.directions import directions, observables
+from fvkit.problem.grid import Grid
 from fvkit.run.interruption import keeping, uninterrupted
+from fvkit.schemes.fitting import check_axes
 from fvkit.schemes.riemann import default_riemann
 from fvkit.studies.cost import predicted
 from fvkit.studies.report import Profile, Report, Row, environment, observed_orders
@@ -21,6 +23,9 @@ from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.fine_grid_reference import fine_scheme, self_converged
+
+#: Numbers of cells, along x, where none are given, by the number of axes.
+CELLS = {1: (100, 200, 400, 800), 2: (25, 50, 100)}
 
 #: Share of the largest depth below which velocities and solid fractions are not compared.
 DEEP = 1e-6
@@ -35,7 +40,7 @@ class _Run(NamedTuple):
 
 
 def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence[RiemannSolver] | None = None,
-            cells: Sequence[int] = (100, 200, 400, 800), limiter: Any = None, order: int | Sequence[int] = 2,
+            cells: Sequence[int] | None = None, limiter: Any = None, order: int | Sequence[int] = 2,
             repeats: int = 3, reference: Reference | None = None, *, schemes: Sequence[Scheme] | None = None, cfl: float = 0.9,
             backend: str = "auto", seconds: float | None = None, progress: Callable[[str], None] | None = None) -> Report:
     """Run a scene with every model, Riemann solver, limiter and order on every grid, and report error against time.
@@ -45,7 +50,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     scene : the scene.
     models : instances, or classes that get the scene's g and gamma. Default: TwoPhase, Reduced, ShallowWater.
     riemann : solvers. Default: all that serve the first model, and their default for the others; if given, all pairs.
-    cells : numbers of cells.
+    cells : numbers of cells, with two axes along x. Default: 100, 200, 400, 800, with two axes 25, 50, 100.
     limiter : one, or a list of them; default MC. (A tuple is one per wave family, as in `fvkit.WavePropagation`.)
     order : 1, 2, or a list of both.
     repeats : every run is repeated this often, interleaved, after a warm-up; the report holds median and minimum.
@@ -55,7 +60,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
         ``limiter``, ``order`` and ``cfl``; each is run with every model that it serves.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
     seconds : wall time that one run may take. Runs that would take longer, to judge by coarser ones, are left out,
-        others stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that.
+        others stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
+        axes 64 times.
     progress : function that receives a line of text before each run.
 
     Returns
@@ -76,11 +82,13 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
                                  ("cells", cells, "[100, 200]"), ("schemes", schemes, "[fv.WavePropagation(fv.HLL())]")):
         if given is not None:
             validation.listed(given, name, example)
-    counts = tuple(validation.whole(count, "cells", at_least=1) for count in cells)
+    counts = tuple(validation.whole(count, "cells", at_least=1) for count in (CELLS[len(scene.axes)] if cells is None else cells))
     repetitions = validation.whole(repeats, "repeats", at_least=1)
     if not counts:
         raise ValueError("`cells` must not be empty")
     kinds = [scene.model(model) for model in (models or (TwoPhase, Reduced, ShallowWater))]
+    for kind in kinds:
+        directions(kind, scene.grid(counts[0]))
     if schemes is None:
         runs = _runs(kinds, riemann, counts, limiter, order, cfl)
     elif riemann is not None or limiter is not None:
@@ -115,16 +123,20 @@ def _report(scene: Scene, full: Model, cells: int, known: Reference, rows: list[
     finest = scene.problem(full, cells)
     b = finest.aux_averages["b"]
     averages = known.averages(finest.model, finest.grid, scene.t_end)
-    profiles = {"reference": Profile(finest.grid.centers, finest.model.observables(averages, finest.aux_averages))}
+    profiles = {"reference": _profile(finest.grid, observables(finest.model, finest.grid, averages, finest.aux_averages))}
     report = Report(scene.name or "unnamed", {"kind": known.kind, "detail": known.detail}, [row for row, _ in rows], machine,
-                    versions, public_name(full), profiles, (finest.grid.centers, b) if b.any() else None,
+                    versions, public_name(full), profiles, (finest.grid.axes[0].centers, b) if b.any() else None,
                     {"path_sensitivity": known.path_sensitivity()})
     solutions = {id(row): solution for row, solution in rows}
     for label, series in report.series().items():
         done = [solution for row in series if (solution := solutions[id(row)]) is not None]
         if done:
-            profiles[label] = Profile(done[-1].grid.centers, done[-1].observables())
+            profiles[label] = _profile(done[-1].grid, done[-1].observables())
     return report
+
+
+def _profile(grid: Grid, seen: dict[str, np.ndarray]) -> Profile:
+    return Profile(grid.axes[0].centers, seen, *(axis.centers for axis in grid.axes[1:]))
 
 
 def _runs(models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: tuple[int, ...], limiter: Any, order: Any,
@@ -158,6 +170,7 @@ def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells
         for scheme in schemes:
             try:
                 validation.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())").parts(model, sources)
+                check_axes(scheme, scene.grid(cells[0]))
             except ValueError as refusal:
                 refusals.append(str(refusal))
             else:
@@ -182,21 +195,23 @@ def _measure(scene: Scene, runs: list[_Run], solutions: list[Solution | None], s
             tell(f"repeat {repeat + 1}/{repeats}, run {k + 1}/{len(runs)}: {public_name(run.model)} "
                  f"{describe(run.scheme)} N={run.cells}")
             known = solutions[k]
-            if (known is None or not known.success) if repeat else _too_long(run, runs, solutions, budget):
+            if (known is None or not known.success) if repeat else \
+                    _too_long(run, runs, solutions, budget, len(scene.axes)):
                 continue
             solution = solved(scene.problem(run.model, run.cells), run.scheme)
             solutions[k] = known or solution
             seconds[k].append(solution.stats.seconds)
 
 
-def _too_long(run: _Run, runs: list[_Run], solutions: list[Solution | None], budget: float | None) -> bool:
+def _too_long(run: _Run, runs: list[_Run], solutions: list[Solution | None], budget: float | None, axes: int) -> bool:
     """Whether a run will exceed the budget, to judge by coarser ones of its series."""
     if budget is None:
         return False
     coarser = [(other.cells, solution) for other, solution in zip(runs, solutions, strict=True)
                if other[:2] == run[:2] and other.cells < run.cells and solution is not None]
     stopped = any(solution.status is Status.OVER_BUDGET for _, solution in coarser)
-    return stopped or predicted(run.cells, [(cells, solution.stats.seconds) for cells, solution in coarser]) > budget
+    costs = [(cells, solution.stats.seconds) for cells, solution in coarser]
+    return stopped or predicted(run.cells, costs, axes) > budget
 
 
 def _rows(scene: Scene, runs: list[_Run], solutions: list[Solution | None], seconds: list[list[float]],
@@ -223,8 +238,8 @@ def _row(scene: Scene, run: _Run, solution: Solution | None, times: list[float],
     errors: dict[str, dict[str, float]] = {"error": {}, "error_l2": {}, "error_max": {}}
     if solution.success:
         for name, difference in deviations(solution, reference.averages(run.model, solution.grid, scene.t_end)).items():
-            errors["error"][name] = float(solution.grid.dx * difference.sum())
-            errors["error_l2"][name] = float(np.sqrt(solution.grid.dx * (difference**2).sum()))
+            errors["error"][name] = float(solution.grid.cell_volume * difference.sum())
+            errors["error_l2"][name] = float(np.sqrt(solution.grid.cell_volume * (difference**2).sum()))
             errors["error_max"][name] = float(difference.max())
     return {**named, "backend": stats.backend, "cells": run.cells, "steps": stats.steps, "rejected": stats.rejected,
             "seconds": median(times), "seconds_min": min(times),

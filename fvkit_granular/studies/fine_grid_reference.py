@@ -8,6 +8,7 @@ import numpy as np
 from fvkit import Limits, MethodOfLines, Model, Roe, Scheme, Solution, SolveError, Status, WavePropagation, solve
 from fvkit.pointwise.part import public_name
 from fvkit.schemes.riemann import default_riemann
+from fvkit.studies.convergence import onto
 from fvkit.studies.cost import predicted
 from fvkit.studies.scheme_names import describe
 from fvkit.studies.tables import ROUNDING
@@ -34,17 +35,19 @@ def self_converged(scene: Scene, model: Model, scheme: Scheme, cells: tuple[int,
     Parameters
     ----------
     cells : those of the runs that are to be measured.
-    seconds : their budget; the reference, ``REFINEMENT`` times as fine, may take the square of that longer.
+    seconds : their budget; the reference, ``REFINEMENT`` times as fine, may take the square of that longer, with two axes
+        the cube.
     """
     wanted = REFINEMENT * max(cells)
     ladder = [wanted, wanted // 2, wanted // 4]
     while seconds is not None and ladder[-1] % 2 == 0 and ladder[-1] // 2 >= min(cells):
         ladder.append(ladder[-1] // 2)
-    limit = None if seconds is None else REFINEMENT**2 * seconds
+    axes = len(scene.axes)
+    limit = None if seconds is None else REFINEMENT ** (axes + 1) * seconds
     solutions: list[Solution] = []
     for count in reversed(ladder):
         tell(f"reference: {public_name(model)} {describe(scheme)} N={count}")
-        if limit is not None and predicted(count, [(run.grid.num_cells, run.stats.seconds) for run in solutions]) > limit:
+        if limit is not None and predicted(count, _costs(solutions), axes) > limit:
             break
         try:
             solutions.append(solve(scene.problem(model, count), scheme, limits=Limits(seconds=limit), backend=backend,
@@ -53,17 +56,21 @@ def self_converged(scene: Scene, model: Model, scheme: Scheme, cells: tuple[int,
             if error.status is not Status.OVER_BUDGET or not solutions:
                 raise
             break
-    found = solutions[-1].grid.num_cells
-    detail = f"the full model itself, {describe(scheme)}, N = {found}; {own_error(solutions)}"
+    found = solutions[-1].grid.axes[0].num_cells
+    detail = f"the full model itself, {describe(scheme)}, N = {solutions[-1].grid.described}; {own_error(solutions)}"
     if found < wanted:
         detail += f"; N = {wanted} would take more than the {limit:g} s of the reference"
     return SelfConverged("self-converged", detail, solution=solutions[-1])
 
 
+def _costs(solutions: list[Solution]) -> list[tuple[int, float]]:
+    return [(run.grid.axes[0].num_cells, run.stats.seconds) for run in solutions]
+
+
 def own_error(solutions: list[Solution]) -> str:
     """Return a few words on the error of the last of some runs, each with twice the cells of the one before."""
     depths = [solution.observables()["h"] for solution in solutions[-3:]]
-    gaps = [solution.grid.dx * np.abs(coarse - fine.reshape(-1, 2).mean(axis=1)).sum()
+    gaps = [solution.grid.cell_volume * np.abs(coarse - onto(fine[None], solution.grid)[0]).sum()
             for solution, coarse, fine in zip(solutions[-3:], depths, depths[1:], strict=False)]
     if len(gaps) < 2:
         return "its own error is unknown"

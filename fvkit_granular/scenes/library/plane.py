@@ -87,12 +87,13 @@ def radial_dam_break(outside: float = 0.5) -> Scene:
 
 
 def dam_break_round_island() -> Scene:
-    """A dam of mixture that breaks into standing water with a conical island."""
+    """A dam of mixture that breaks into thin mud with a conical island."""
     cone = PiecewiseLinear([(0.0, 0.8), (3.2, 0.0)], over=(12.0, 5.0))
-    return Scene(((0.0, 0.0), (20.0, 10.0)), 3.0, ShapedFlow(surface=Step(5.0, 2.0, 0.4), phi=Step(5.0, PHI, 0.0)), bottom=cone,
+    flow = ShapedFlow(surface=Step(5.0, 2.0, 0.4), phi=Step(5.0, PHI, 0.1))
+    return Scene(((0.0, 0.0), (20.0, 10.0)), 3.0, flow, bottom=cone,
                  boundary=Wall(), sources=ConstantDrag(5.0), name="dam-break-island", times=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0),
-                 description="2 m of mixture, phi = 0.6, break into 0.4 m of water around a conical island, drag of 5 1/s "
-                 "(constructed here)")
+                 description="2 m of mixture, phi = 0.6, break into 0.4 m of thin mud, phi = 0.1, around a conical island, drag "
+                 "of 5 1/s (constructed here)")
 
 
 def lake() -> Scene:
