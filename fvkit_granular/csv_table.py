@@ -15,6 +15,7 @@ UNITS: dict[str, dict[str, float]] = {
     "share": {"-": 1.0, "%": 0.01},
     "time": {"s": 1.0, "min": 60.0, "h": 3600.0},
     "discharge": {"m2/s": 1.0},
+    "volume rate": {"m3/s": 1.0, "l/s": 1e-3},
 }
 
 

@@ -22,7 +22,8 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
     """Declare a numeric field of a source that may vary over the grid, validated against the bounds of `fvkit.validation.real`.
 
     It takes a number, cell averages (num_cells,), a function of x, or a function of (x, t); on a grid with two axes averages
-    (ny, nx), or a function of (x, y) or (x, y, t). What a function returns is validated when a `fvkit.Problem` averages it.
+    (ny, nx), or a function of (x, y) or (x, y, t). A function of time with a method ``averages(t)`` is asked for those instead.
+    What a function returns is validated when a `fvkit.Problem` averages it.
     """
     def convert(value: Any, field: Any) -> Any:
         if _is_function(value):
@@ -54,8 +55,10 @@ def is_number(value: Any) -> bool:
 
 
 def cells_with(value: Any) -> np.ndarray | None:
-    """Return the numbers of the cells where the cell averages of a field are not 0; None for a field of another kind."""
-    return None if callable(value) or is_number(value) else np.flatnonzero(np.asarray(value))
+    """Return the numbers of the cells where a field is not 0: of cell averages, or ``value.cells``; None for another kind."""
+    if callable(value) or is_number(value):
+        return getattr(value, "cells", None)
+    return np.flatnonzero(np.asarray(value))
 
 
 def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
@@ -114,7 +117,9 @@ class Field:
             return np.asarray(self._kept)
         label, given, cells = f"{self.alias} of {type(self.source).__name__}", self.given, self.grid.shape
         shape = cells if self.components is None else (self.components, *cells)
-        if callable(given):
+        if hasattr(given, "averages"):
+            given = given.averages(t)
+        elif callable(given):
             self._check_places(given)
             function = given if self.steady else lambda *places: self.given(*places, t)
             given = cell_averages(function, self.grid, self.components, label)

@@ -94,9 +94,9 @@ class Scene:
     >>> square = {"type": "Polygon", "coordinates": [[[4, 4], [14, 4], [14, 16], [4, 16], [4, 4]]]}
     >>> scene = gr.Scene(terrain=terrain, release=gr.read_release(square, terrain, thickness=1.0), t_end=2.0, phi=0.6,
     ...                  sources=gr.CoulombFriction(0.3))
-    >>> solution = fv.solve(scene.problem(gr.TwoPhase), backend="numpy")
-    >>> solution.model.slope, f"{solution.observables()['speed_s'].max():.0f} m/s"
-    ('steep', '4 m/s')
+    >>> solution = fv.solve(scene.problem(gr.Reduced), backend="numpy")
+    >>> solution.model.slope, f"{solution.observables()['speed'].max():.0f} m/s"
+    ('steep', '12 m/s')
     """
 
     interval: Any = validation.field(_interval, None, optional=True)

@@ -179,6 +179,15 @@ def _share(feature: Feature, terrain: Terrain) -> np.ndarray:
     return share
 
 
+def area_shares(source: Any, terrain: Terrain) -> np.ndarray:
+    """Return the share of each cell, (ny, nx), that polygons cover; see `read_release` for ``source`` and mistakes in it."""
+    covered = np.zeros(terrain.grid.shape)
+    for feature in read_features(source, terrain):
+        covered += _share(feature, terrain)
+        check_apart(covered, terrain, feature)
+    return covered
+
+
 def check_inside(feature: Feature, terrain: Terrain) -> None:
     """Raise ValueError, saying by how much, where a feature reaches beyond a terrain."""
     points = np.concatenate([points for polygon in feature.polygons for points in polygon])
