@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -27,9 +28,11 @@ from fvkit_granular.cli.options import add_scheme_options, cells_of, checked, co
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
-from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest, within_reach
+from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_of, steep_equations, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
+from fvkit_granular.studies.hazard_report import file_names, write_hazard, write_series
 
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
@@ -74,6 +77,8 @@ def register(commands: Any) -> None:
                      help=f"extra figures KIND.png: at the final time {', '.join(KINDS)}, slip (vs - vf), where margin is the "
                           "distance to loss of hyperbolicity; space-time: depth over x and t. For scenes with one axis; with two "
                           f"every run writes {', '.join(MAPS)}")
+    run.add_argument("--rasters", choices=("asc", "tif"), default="asc",
+                     help="format of the rasters of a scene on a terrain (tif: GeoTIFF, extra geo; default asc: ESRI ASCII)")
     run.add_argument("--line", type=float, nargs=4, metavar=("X0", "Y0", "X1", "Y1"),
                      help="with two axes the ends of the line of cut.png, m (default: along x through the middle)")
     run.add_argument("--animate", metavar="NAME",
@@ -100,8 +105,9 @@ def _run(options: argparse.Namespace) -> int:
         solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
         return _show(options.resume.stem, solution, None, options)
     chosen = find_scene(options.scene)
-    cells = CELLS[len(chosen.axes)] if options.cells is None else options.cells
+    cells = options.cells if options.cells is not None or chosen.terrain is not None else CELLS[len(chosen.axes)]
     _check_pictures(chosen.grid(cells), folder, options)
+    watched = _watched(chosen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
         problem = chosen.problem(options.model, cells)
@@ -112,12 +118,14 @@ def _run(options: argparse.Namespace) -> int:
         Checkpoint(options.checkpoint, 60.0 if options.every is None else options.every)
     until = None if options.stop_at_rest is None else StopAtRest(options.stop_at_rest)
     solution = solve(problem, scheme, times, step=Step(options.dt, options.dt_max, options.dt_initial), until=until,
-                     checkpoint=checkpoint, backend=options.backend, progress=sys.stderr.isatty(), throw=False)
+                     checkpoint=checkpoint, observers=tuple(watched.values()), backend=options.backend,
+                     progress=sys.stderr.isatty(), throw=False)
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
     kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
-        code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g))
+        code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
+                     Recorded(chosen, watched, f".{options.rasters}"))
     except OSError as error:
         error.add_note(f"the run: {solution.message}")
         error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
@@ -160,7 +168,35 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
     return tuple(np.union1d(even[~near], wanted).tolist())
 
 
-def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0) -> int:
+@attrs.frozen(eq=False)
+class Recorded:
+    """What a run has recorded at every step, and the scene that asked for it; ``ending`` is that of rasters."""
+
+    scene: Scene
+    watched: dict[str, Any]
+    ending: str
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that `write` makes."""
+        return file_names(self.scene, self.ending)
+
+    def write(self, folder: Path, solution: Solution) -> str:
+        """Write the files, and return what is to be printed."""
+        if self.scene.terrain is not None:
+            return write_hazard(folder, self.scene, solution, self.watched, self.ending)
+        write_series(folder, self.watched)
+        return ""
+
+
+def _watched(scene: Scene) -> dict[str, Any]:
+    """Return the observers of a run of a scene, by name; hazard maps on a terrain alone."""
+    found = scene.watch.observers(len(scene.axes))
+    return found if scene.terrain is not None else {name: one for name, one in found.items() if name != "hazard"}
+
+
+def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,
+          recorded: Recorded | None = None) -> int:
     """Write the files of a run, print what is to be said, and return the exit code."""
     folder = results_folder(options, "run", name)
     kept = not solution.success and _succeeded(folder)
@@ -168,6 +204,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     folder.mkdir(parents=True, exist_ok=True)
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
     pictures, written = _pictures(len(grid.axes), options), _written(len(grid.axes), options)
+    written += [] if recorded is None else recorded.files
     earlier = _earlier(folder)
     solution.configuration[FILES] = written
     solution.save(folder / written[0])
@@ -176,6 +213,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         film = folder / checked_film(options.animate)
         film.parent.mkdir(parents=True, exist_ok=True)
         solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
+    summary = "" if recorded is None else recorded.write(folder, solution)
     remove(folder, earlier, but=written)
     scheme = settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
@@ -190,7 +228,10 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
              if stats.nonhyperbolic_faces else ""))
     slope = max(reached, _slope(solution))
     if slope > 0.0:
-        print(f"  {'caution: ' if is_steep(slope) else ''}{sentence(slope)}")
+        wrong = is_steep(slope) and not steep_equations(solution.model)
+        print(f"  {'caution: ' if wrong else ''}{said_of(slope, solution.model)}")
+    for line in summary.splitlines():
+        print(f"  {line}")
     if reference is not None:
         found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.cell_volume * float(difference.sum()) for quantity, difference in found.items()}

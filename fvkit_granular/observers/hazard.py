@@ -11,6 +11,9 @@ from fvkit.problem.directions import observables
 from fvkit.problem.relief import Slopes
 from fvkit.validation import number
 
+#: Slope, the tangent of 60 degrees, up to which a flow counts as following the ground: down a cliff it falls freely.
+STEEPEST = 3.0**0.5
+
 #: Maps, with what a cell has where no flow came.
 MAPS = {"depth": 0.0, "speed": 0.0, "pressure": 0.0, "phi": np.nan, "arrival": np.inf, "duration": 0.0}
 
@@ -20,7 +23,7 @@ class HazardMaps(Observer):
     """Hazard maps: the largest depth, speed and dynamic pressure in each cell, first arrival and duration, at every step.
 
     Speed is that of the mass, (hs vs + gamma hf vf)/(hs + gamma hf) with two phases; with ``slope="steep"`` along the ground, its
-    vertical part included. Dynamic pressure is rho speed^2, with rho = density (phi + gamma (1 - phi)) of what flows.
+    vertical part included, up to slopes of 60 degrees. Dynamic pressure is rho speed^2, with rho = density (phi + gamma (1 - phi)) of what flows.
 
     Parameters
     ----------
@@ -86,7 +89,8 @@ class HazardMaps(Observer):
         velocity = [seen[name] for name in ("v", "v_x", "v_y") if name in seen]
         square = sum(v * v for v in velocity)
         if self._slopes is not None:
-            square = square + sum(v * slope[box] for v, slope in zip(velocity, self._slopes, strict=True)) ** 2
+            falls = sum(v * slope[box] for v, slope in zip(velocity, self._slopes, strict=True)) ** 2
+            square = square + np.minimum(falls, STEEPEST**2 * square)
         square = np.where(h >= self.least, square, 0.0)
         phi = seen.get("phi", np.full(h.shape, np.nan))
         share = np.where(np.isnan(phi), 1.0, phi + getattr(model, "gamma", 1.0) * (1.0 - phi))

@@ -19,6 +19,7 @@ from fvkit_granular.scenes.mountain import GAPS, ReleasedFlow, check_release, co
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import needs_steep, warn_of_steep_ground, within_reach
+from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.terrain.terrain import Terrain
 
 
@@ -84,6 +85,7 @@ class Scene:
     release : `Release` on that terrain, in place of ``initial``.
     phi : solid fraction of the release, in [0, 1], where it gives none.
     gaps : what cells of the terrain without data are: "outlet", which takes what reaches it, or "wall".
+    watch : what ``fvkit run`` records at every step, `Watch`.
 
     Examples
     --------
@@ -119,6 +121,7 @@ class Scene:
     release: Any = attrs.field(default=None, kw_only=True)
     phi: Any = validation.field(validation.real, None, optional=True, kw_only=True, at_least=0.0, at_most=1.0)
     gaps: str = validation.field(validation.choice, GAPS[0], kw_only=True, known=GAPS)
+    watch: Watch = validation.field(validation.instance, Watch(), kw_only=True, kind=Watch, hint="gr.Watch(gauges=[...])")
 
     def __attrs_post_init__(self) -> None:
         if self.terrain is not None:

@@ -137,6 +137,18 @@ def sentence(slope: float) -> str:
             f"too large by {float(f'{100.0 * slope * slope:.2g}'):.15g} %")
 
 
+def steep_equations(model: Any) -> bool:
+    """Return whether a model has the equations for steep ground."""
+    return getattr(model, "slope", "mild") == "steep"
+
+
+def said_of(slope: float, model: Any) -> str:
+    """Return what is to be said of a slope where a model was run: its angle, and the equations or their error."""
+    if steep_equations(model):
+        return f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees: computed with the equations for steep ground"
+    return sentence(slope)
+
+
 def is_steep(slope: float) -> bool:
     """Return whether a slope is above `MILD` degrees."""
     return bool(slope > np.tan(np.radians(MILD)))

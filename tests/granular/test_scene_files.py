@@ -352,7 +352,8 @@ def test_a_run_of_a_file_that_fails_says_so(folder, capsys):
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err == ("fvkit: release.toml: unknown key `gama`; did you mean `gamma`? allowed: name, description, interval, "
-                            "t_end, g, gamma, reference, initial, bottom, boundary, sources, outputs\n")
+                            "terrain, release, phi, t_end, g, gamma, slope, reference, initial, bottom, boundary, friction, "
+                            "hydrograph, sources, outputs\n")
 
 
 @pytest.fixture

@@ -17,8 +17,11 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference
 from fvkit_granular.scenes.toml.table import Table, read_toml
+from fvkit_granular.scenes.toml.terrain import hydrographs_of, release_of, terrain_of, with_rasters
+from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
+from fvkit_granular.terrain.terrain import Terrain
 
 #: How the name of a scene file ends, and what commands say about their argument.
 SUFFIX = ".toml"
@@ -36,8 +39,12 @@ ALL_SIDES = tuple(name for pair in SIDES for name in pair)
 ALONG = "along"
 
 #: Keys of a file, of `initial`, and what those of a flow measure.
-TOP = ("name", "description", "interval", "t_end", "g", "gamma", "slope", "reference", "initial", "bottom", "boundary", "sources",
-       "outputs")
+TOP = ("name", "description", "interval", "terrain", "release", "phi", "t_end", "g", "gamma", "slope", "reference", "initial",
+       "bottom", "boundary", "friction", "hydrograph", "sources", "outputs")
+PLAIN = ("interval", "t_end", "g", "gamma", "slope", "phi")
+
+#: Keys of [outputs] besides the times: those of `Watch`.
+WATCH = ("gauges", "lines", "threshold", "density", "least")
 FLOW = {"h": "length", "surface": "length", "phi": "share", **dict.fromkeys((*velocities(1), *velocities(2)), "speed")}
 
 #: Keys of a table that takes a column of a CSV file.
@@ -93,17 +100,24 @@ def load_scene(path: str | Path) -> Scene:
         Where there is no such file.
     """
     top = read_toml(path).only(TOP)
-    for key in ("interval", "t_end", "initial"):
+    on_terrain = "terrain" in top.data
+    for key in ("t_end",) if on_terrain else ("interval", "t_end", "initial"):
         top.need(key)
-    bottom = _bottom(top)
-    initial = _initial(top.inner("initial"), _axes(top))
-    given: dict[str, Any] = {key: top.data[key] for key in ("interval", "t_end", "g", "gamma", "slope") if key in top.data}
+    for key in ("interval", "bottom") if on_terrain else ("release", "hydrograph", "phi"):
+        if key in top.data:
+            raise top.error(f"`{key}` and [terrain] exclude each other" if on_terrain else f"`{key}` needs a [terrain]", key)
+    terrain = terrain_of(top) if on_terrain else None
+    given: dict[str, Any] = {key: top.data[key] for key in PLAIN if key in top.data}
+    if terrain is not None:
+        gaps = top.inner("terrain").data.get("gaps", "outlet")
+        given |= {"terrain": terrain, "gaps": gaps, "release": release_of(top, terrain)}
+    initial = _initial(top.inner("initial"), _axes(top)) if "initial" in top.data else None
     reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
-    boundary, sources = _boundary(top), _sources(top)
+    boundary, sources = _boundary(top), _sources(top, terrain)
     name, description = top.text("name", Path(path).stem), top.text("description", "")
     with top.located():
-        scene = Scene(initial=initial, bottom=bottom, boundary=boundary, sources=sources, reference=reference, name=name,
-                      description=description, times=_times(top), **given)
+        scene = Scene(initial=initial, bottom=_bottom(top), boundary=boundary, sources=sources, reference=reference, name=name,
+                      description=description, times=_times(top), watch=_watch(top), **given)
     _check(top, scene)
     return scene
 
@@ -157,8 +171,8 @@ def _initial(table: Table, axes: int) -> ShapedFlow | BuiltInFlow:
 
 def _axes(top: Table) -> int:
     """How many axes the scene of a file has: two where its interval has corners."""
-    given = top.data["interval"]
-    return 2 if isinstance(given, list) and any(isinstance(end, list) for end in given) else 1
+    given = top.data.get("interval")
+    return 2 if given is None or (isinstance(given, list) and any(isinstance(end, list) for end in given)) else 1
 
 
 def _boundary(top: Table) -> Any:
@@ -202,18 +216,30 @@ def _side(table: Table, key: str) -> Any:
             raise ValueError(f"`{key}` needs a table with fields, such as {{type = \"{table.data[key]}\", ...}}") from None
 
 
-def _sources(top: Table) -> tuple[Any, ...]:
+def _sources(top: Table, terrain: Terrain | None) -> tuple[Any, ...]:
     given = top.data.get("sources", [])
     if not isinstance(given, list):
         raise top.error("`sources` must be a list of tables: write [[sources]]", "sources")
-    return tuple(top.inner("sources", k).part("type", SOURCES) for k in range(len(given)))
+    tables = [top.inner("sources", k) for k in range(len(given))]
+    tables += [top.inner("friction")] if "friction" in top.data else []
+    found = tuple(with_rasters(table, terrain).part("type", SOURCES) for table in tables)
+    return found if terrain is None else found + hydrographs_of(top, terrain)
+
+
+def _watch(top: Table) -> Watch:
+    table = top.inner("outputs") if "outputs" in top.data else Table(top.path)
+    with table.located():
+        return Watch(**{key: table.data[key] for key in WATCH if key in table.data})
 
 
 def _times(top: Table) -> tuple[float, ...] | None:
     if "outputs" not in top.data:
         return None
-    table = top.inner("outputs").only(("times", "count"))
-    if len(table.data) != 1:
+    table = top.inner("outputs").only(("times", "count", *WATCH))
+    chosen = table.data.keys() & {"times", "count"}
+    if not chosen:
+        return None
+    if len(chosen) != 1:
         raise table.error("[outputs] takes either `times`, a list, or `count`, a number of equal intervals up to the end")
     with top.located("t_end"):
         t_end = validation.real(top.data["t_end"], "t_end", above=0.0)

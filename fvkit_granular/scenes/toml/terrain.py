@@ -1,0 +1,64 @@
+"""Scenes on a terrain from TOML files: [terrain], [release], [[hydrograph]] and friction from rasters."""
+
+from pathlib import Path
+from typing import Any
+
+from fvkit_granular.scenes.toml.table import Table
+from fvkit_granular.sources.rain import Rain
+from fvkit_granular.terrain.hydrograph import read_hydrograph
+from fvkit_granular.terrain.rasters import cells_of, read_terrain
+from fvkit_granular.terrain.release import Release, read_release
+from fvkit_granular.terrain.terrain import Terrain
+
+#: Keys of each table.
+TERRAIN = ("file", "window", "cell", "fill", "gaps")
+RELEASE = ("file", "thickness", "phi", "measured")
+HYDROGRAPH = ("file", "area")
+
+
+def terrain_of(top: Table) -> Terrain:
+    """Return the terrain of a file; ``fill = true`` fills its holes."""
+    table = top.inner("terrain").only(TERRAIN)
+    with table.located("file"):
+        path = table.path.parent / table.text("file")
+    with table.located():
+        terrain = read_terrain(path, table.data.get("window"), table.data.get("cell"))
+        return terrain.filled() if table.data.get("fill") else terrain
+
+
+def release_of(top: Table, terrain: Terrain) -> Release | None:
+    """Return the release of a file; None without one."""
+    if "release" not in top.data:
+        return None
+    table = top.inner("release").only(RELEASE)
+    with table.located():
+        return read_release(table.path.parent / table.text("file"), terrain, table.data.get("thickness"), table.data.get("phi"),
+                            table.text("measured", "vertical"))
+
+
+def hydrographs_of(top: Table, terrain: Terrain) -> tuple[Rain, ...]:
+    """Return the sources that the hydrographs of a file make."""
+    given = top.data.get("hydrograph", [])
+    if not isinstance(given, list):
+        raise top.error("`hydrograph` must be a list of tables: write [[hydrograph]]", "hydrograph")
+    found = []
+    for k in range(len(given)):
+        table = top.inner("hydrograph", k).only(HYDROGRAPH)
+        folder = table.path.parent
+        with table.located():
+            found.append(read_hydrograph(folder / table.text("file"), folder / table.text("area"), terrain))
+    return tuple(found)
+
+
+def with_rasters(table: Table, terrain: Terrain | None) -> Table:
+    """Return a table of a source whose values {file = "..."} are replaced by the cells of that raster on the terrain."""
+    values: dict[str, Any] = dict(table.data)
+    for key, value in table.data.items():
+        if not isinstance(value, dict):
+            continue
+        inner = table.inner(key).only(("file",))
+        if terrain is None:
+            raise table.error(f"`{key}` must be a number: a raster needs a [terrain]", key)
+        with inner.located():
+            values[key] = cells_of(Path(table.path.parent / inner.text("file")), terrain, key)[1]
+    return Table(table.path, table.place, values)

@@ -1,0 +1,139 @@
+"""What a run on a terrain leaves in its folder: rasters, maps, series of gauges and lines, and a report of one page."""
+
+import base64
+import html
+import io
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from fvkit import CrossSection, Gauge, Solution
+from fvkit.files import csv_text, write_whole
+from fvkit.problem.directions import component_names, mass_places
+from fvkit.studies.tables import table
+from fvkit_granular.observers.hazard import HazardMaps
+from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.terrain.rasters import write_raster
+
+#: Rasters: name of the file, map of `HazardMaps`, what it shows, and the value up to which a picture leaves it out; None for no
+#: picture.
+RASTERS: tuple[tuple[str, str, str, float | None], ...] = (
+    ("max_depth", "depth", "largest depth (vertical), m", 0.01), ("max_thickness", "thickness", "largest thickness, m", None),
+    ("max_speed", "speed", "largest speed, m/s", 0.0), ("max_pressure", "pressure", "largest dynamic pressure, Pa", 0.0),
+    ("phi_at_max_depth", "phi", "solid fraction at the largest depth", None), ("arrival", "arrival", "first arrival, s", -1.0),
+    ("duration", "duration", "duration, s", None))
+
+#: Head of the report.
+STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
+         "pre{background:#f4f4f4;padding:1em;overflow:auto}img{max-width:100%}")
+
+
+def file_names(scene: Scene, ending: str) -> list[str]:
+    """Return the names of all files that `write_hazard` writes, but those of ``.prj``."""
+    series = ["gauges.csv"] * bool(scene.watch.gauges) + [f"line-{name}.csv" for name in scene.watch.lines]
+    if scene.terrain is None:
+        return series
+    rasters = [f"{name}{ending}" for name, *_ in RASTERS] + [f"deposit{ending}"]
+    return [*rasters, *(f"{name}.png" for name, _, _, least in RASTERS if least is not None), *series, "report.html"]
+
+
+def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
+    """Write rasters, maps, series and the report of a run on a terrain into a folder, and return what is to be printed.
+
+    Parameters
+    ----------
+    folder : exists.
+    scene, solution : what was run, and its result.
+    watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
+    ending : of rasters, ``.asc`` or ``.tif``.
+    """
+    hazard: HazardMaps = watched["hazard"]
+    maps, terrain = hazard.maps, scene.terrain
+    pictures = {}
+    for name, key, label, least in RASTERS:
+        values = np.where(np.isfinite(maps[key]), maps[key], np.nan)
+        write_raster(folder / f"{name}{ending}", values, terrain)
+        if least is not None:
+            pictures[f"{name}.png"] = _drawn(scene, values, label, least)
+            write_whole(folder / f"{name}.png", partial(_fill, pictures[f"{name}.png"]))
+    write_raster(folder / f"deposit{ending}", solution.observables()["h"], terrain)
+    write_series(folder, watched)
+    summary = summarised(scene, solution, hazard)
+    page = _page(scene, solution, summary, pictures)
+    write_whole(folder / "report.html", lambda file: file.write(page.encode()))
+    return summary
+
+
+def _fill(content: bytes, file: IO[bytes]) -> None:
+    file.write(content)
+
+
+def _drawn(scene: Scene, values: np.ndarray, label: str, least: float) -> bytes:
+    """Return the PNG of a map over the relief."""
+    from fvkit_granular.terrain.maps import draw_map
+
+    target = io.BytesIO()
+    figure: Any = draw_map(scene.terrain, values, label, release=scene.release, above=least).figure
+    figure.savefig(target, format="png", dpi=120)
+    return target.getvalue()
+
+
+def write_series(folder: Path, watched: Mapping[str, Any]) -> None:
+    """Write the series of gauges and of lines as CSV files."""
+    for name, observer in watched.items():
+        if isinstance(observer, Gauge):
+            _write(folder / "gauges.csv", ["t", *(f"{what} at {k}" for what in observer.values for k in range(len(observer.x)))],
+                   [observer.t, *(column for values in observer.values.values() for column in values.T)])
+        if isinstance(observer, CrossSection):
+            columns = {"t": observer.t} | {f"discharge {mass}": values for mass, values in observer.discharge.items()} \
+                | {f"volume {mass}": values for mass, values in observer.volume.items()}
+            _write(folder / f"line-{name.removeprefix('line ')}.csv", list(columns), list(columns.values()))
+
+
+def _write(path: Path, header: Sequence[str], columns: Sequence[np.ndarray]) -> None:
+    text = csv_text(header, zip(*(column.tolist() for column in columns), strict=True))
+    write_whole(path, lambda file: file.write(text.encode()))
+
+
+def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
+    """Return the volumes of a run, its largest values and reach, as text."""
+    grid, model = solution.grid, solution.model
+    rows, every = list(mass_places(model, grid)), component_names(model, grid)
+    names = [every[row] for row in rows]
+    start, end = (solution.q[k][rows].sum(axis=(1, 2)) * grid.cell_volume for k in (0, -1))
+    brought, drift = ([found[name] for name in names] for found in (solution.stats.entered_by_sources, solution.stats.mass_drift))
+    volumes = [("volume, m3", "at first", "by sources and outlets", "through the edges", "at the end", "error"), *(
+        (name, f"{first:.6g}", f"{sources:.6g}", f"{last - first - sources:.6g}", f"{last:.6g}", f"{wrong:.1e}")
+        for name, first, sources, last, wrong in zip(names, start, brought, end, drift, strict=True))]
+    maps = hazard.maps
+    wet = maps["depth"] >= hazard.threshold
+    area = float(np.count_nonzero(wet) * grid.cell_volume)
+    heights = np.where(wet, scene.terrain.bottom, np.nan)
+    lines = [table(volumes, left=1), f"area deeper than {hazard.threshold:g} m at any time: {area:.6g} m2"]
+    if wet.any():
+        lines.append(f"it reaches from {np.nanmax(heights):.5g} down to {np.nanmin(heights):.5g} m of elevation")
+    lines.append(f"largest depth {maps['depth'].max():.4g} m, speed {maps['speed'].max():.4g} m/s, dynamic pressure "
+                 f"{maps['pressure'].max() / 1e3:.4g} kPa")
+    lines.append(f"equations for {getattr(model, 'slope', 'mild')} slopes")
+    return "\n".join(lines)
+
+
+def _page(scene: Scene, solution: Solution, summary: str, pictures: Mapping[str, bytes]) -> str:
+    """Return the report as one HTML page with its pictures inside."""
+    kept = solution.configuration
+    versions = ", ".join(f"{name} {version}" for name, version in kept["versions"].items())
+    parts = [f"<h1>{html.escape(scene.name or scene.terrain.name)}</h1>", f"<p>{html.escape(scene.description)}</p>",
+             f"<p>{html.escape(solution.message)}; t = {solution.t[-1]:.6g} s; {solution.stats.steps} steps in "
+             f"{solution.stats.seconds:.3g} s.</p>", f"<pre>{html.escape(summary)}</pre>"]
+    for name, content in pictures.items():
+        picture = base64.b64encode(content).decode()
+        parts.append(f'<figure><img alt="{name}" src="data:image/png;base64,{picture}"><figcaption>{name}</figcaption></figure>')
+    parts += [f"<h2>Terrain</h2><pre>{html.escape(scene.terrain.describe())}</pre>",
+              f"<h2>Release</h2><pre>{html.escape(str(scene.release))}</pre>",
+              "<h2>Computed with</h2><pre>" + html.escape(f"{solution.model}\n" + "\n".join(map(str, scene.sources))) + "</pre>",
+              f"<p>{html.escape(versions)}. {html.escape(kept['citation'])}</p>"]
+    head = f'<meta charset="utf-8"><title>{html.escape(scene.name or "report")}</title><style>{STYLE}</style>'
+    return f'<!DOCTYPE html><html lang="en"><head>{head}</head><body>' + "\n".join(parts) + "</body></html>\n"
