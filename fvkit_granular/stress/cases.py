@@ -9,6 +9,7 @@ import numpy as np
 
 from fvkit.validation import choice
 from fvkit_granular.scenes.library.dry_and_extreme import ABSENT
+from fvkit_granular.scenes.library.plane import PLANE_SCENES
 from fvkit_granular.scenes.toml.read import SUFFIX
 from fvkit_granular.stress import checks
 
@@ -87,6 +88,9 @@ def case_of(scene: str) -> Case:
     ValueError
         For an unknown name, with the nearest match.
     """
+    if scene in PLANE_SCENES:
+        raise ValueError(f"`scene` of stress must have one axis, got {scene}, which has two: its runs were not judged yet; run them "
+                         "with `fvkit compare`")
     if scene.endswith(SUFFIX):
         return Case((), SINGLE, steps=None)
     return CASES[choice(scene, "scene", CASES)]

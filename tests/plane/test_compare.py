@@ -92,12 +92,19 @@ def test_a_self_converged_reference_averages_exactly_onto_any_grid():
     assert reference.averages(gr.ShallowWater(), fine.grid, 0.1).shape == (3, 12, 24)
 
 
-def test_a_budget_leaves_out_what_takes_too_long():
+def test_a_budget_leaves_out_what_takes_too_long(monkeypatch):
     assert predicted(40, [(20, 1.0)], axes=2) == 4.0
     assert predicted(40, [(20, 8.0), (10, 1.0)], axes=2) == pytest.approx(64.0)
-    found = gr.compare(gr.scene("vortex"), [gr.ShallowWater], [fv.HLL()], cells=(8, 16, 200), repeats=1, backend="numpy", seconds=10.0,
-                       reference=gr.FunctionReference("exact", "", at=gr.scene("vortex").reference.at))
+    asked = []
+
+    def expected(cells, done, axes):
+        asked.append((cells, len(done), axes))
+        return 1e9 if cells == 12 else 0.0
+
+    monkeypatch.setattr("fvkit_granular.studies.compare.predicted", expected)
+    found = gr.compare(gr.scene("vortex"), [gr.ShallowWater], [fv.HLL()], cells=(4, 8, 12), repeats=1, backend="numpy", seconds=1e3)
     assert [row["status"] for row in found.rows] == ["finished", "finished", "over_budget"]
+    assert asked == [(4, 0, 2), (8, 1, 2), (12, 2, 2)]
 
 
 @pytest.mark.parametrize(("options", "words"), [
