@@ -30,6 +30,7 @@ from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, sentence, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
+from fvkit_granular.studies.scene_run import CELLS
 
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
@@ -38,9 +39,6 @@ FILES = "files"
 #: every run.
 PROFILE = "profile"
 PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
-
-#: Numbers of cells, along x, where none is given, by the number of axes.
-CELLS = {1: 400, 2: 100}
 
 #: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
 UNSUCCESSFUL = "unsuccessful"

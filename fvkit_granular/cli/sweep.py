@@ -13,6 +13,7 @@ from fvkit import Keep, Samples, Scheme, sweep, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import remove, usable_folder
 from fvkit.problem.directions import observables
+from fvkit.schemes.fitting import check_axes
 from fvkit.sweeps import SweepResult
 from fvkit_granular.cli.options import COUNT, scheme_of
 from fvkit_granular.models.registry import MODELS
@@ -21,7 +22,7 @@ from fvkit_granular.scenes.toml.table import read_toml
 from fvkit_granular.studies.scene_run import SceneRun
 
 #: Keys of a file; those without a default must be there.
-DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": 400, "scheme": {}, "samples": "latin-hypercube", "members": 100,
+DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": None, "scheme": {}, "samples": "latin-hypercube", "members": 100,
                             "seed": 0, "outputs": None, "backend": "auto"}
 
 #: What is kept where the file does not say, by the number of axes.
@@ -120,7 +121,9 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
         kind, parameters = validation.choice(plan["samples"], "samples", KINDS), _flat(plan["parameters"])
         samples = Samples.latin_hypercube(parameters, plan["members"], plan["seed"]) if kind == "latin-hypercube" else \
             getattr(Samples, kind)(parameters)
-        problem, _ = run.setup(samples[0])
+        problem, scheme = run.setup(samples[0])
+        if scheme is not None:
+            check_axes(scheme, problem.grid)
         axes = len(problem.grid.axes)
         keep = Keep(OUTPUTS[axes] if plan["outputs"] is None else plan["outputs"])
         keep.check(observables(problem.model, problem.grid, problem.q0, problem.aux_averages), axes)
