@@ -119,6 +119,7 @@ def profiles(report: Compared) -> Figure:
     names = list(dict.fromkeys(name for profile in lines.values() for name in profile.observables))
     if report.bottom is None:
         names = [name for name in names if name != "surface"]
+    y = next((profile.y for profile in report.profiles.values() if profile.y is not None), None)
     figure, axes = new_axes((len(names) + 1) // 2 or 1, 2, height=3.0)
     for ax, name in zip(axes, names, strict=False):
         if name == "surface" and report.bottom is not None:
@@ -135,7 +136,7 @@ def profiles(report: Compared) -> Figure:
         values = np.concatenate([profile.observables[name] for profile in lines.values() if name in profile.observables])
         if np.ptp(values) < 1e-9:
             ax.set_ylim(values.mean() - 0.5, values.mean() + 0.5)
-        ax.set(xlabel="x", ylabel=name)
+        ax.set(xlabel="x" if y is None else f"x, at y = {_middle(y[:, None])[0]:.4g}", ylabel=name)
         ax.grid(alpha=0.3)
     for ax in axes[len(names):]:
         ax.set_visible(False)

@@ -16,8 +16,6 @@ ARRIVED = 1e-3
 
 def _front(solution: Solution, name: str, values: np.ndarray) -> float:
     """Right edge of the last cell where the observable exceeds `ARRIVED` of its first maximum; NaN where there is none."""
-    if len(solution.grid.axes) > 1:
-        raise ValueError(f"front.{name} needs a grid with one axis, got one with two: keep {name}, max.{name} or mean.{name}")
     there = np.flatnonzero(np.abs(values) > ARRIVED * np.abs(solution.observables(0)[name]).max())
     return float(solution.grid.edges[there[-1] + 1]) if there.size else np.nan
 
@@ -67,15 +65,19 @@ class Keep:
 
     names: tuple[str, ...] = attrs.field(default=(), converter=_known)
 
-    def check(self, observables: Iterable[str]) -> None:
-        """Raise where a name is not among these observables and the statistics."""
+    def check(self, observables: Iterable[str], axes: int = 1) -> None:
+        """Raise where a name is not among these observables and the statistics, or has no meaning with so many axes."""
         known = (*observables, *STATS)
         for name in self.names:
-            validation.choice(name.rpartition(".")[2], f"output {name}", known)
+            reduction, _, observable = name.rpartition(".")
+            validation.choice(observable, f"output {name}", known)
+            if reduction == "front" and axes > 1:
+                raise ValueError(f"{name} needs a grid with one axis, got one with two: keep {observable}, max.{observable} or "
+                                 f"mean.{observable}")
 
     def __call__(self, solution: Solution) -> dict[str, Any]:
         seen: dict[str, np.ndarray] = solution.observables()
-        self.check(seen)
+        self.check(seen, len(solution.grid.axes))
         result: dict[str, Any] = {}
         for name in self.names or seen:
             reduction, _, observable = name.rpartition(".")

@@ -23,6 +23,9 @@ def register(commands: Any) -> None:
                        metavar="P", help="any of 1, 2 and 5, which is a stage of MP5 (default 1 2)")
     speed.add_argument("--backends", nargs="+", type=named(BACKENDS[1:]), metavar="B",
                        help="numba, numpy or both (default: what is installed)")
+    speed.add_argument("--plane", nargs="*", type=checked(int, validation.whole, at_least=10), default=[300], metavar="N",
+                       help="numbers of cells along each of two axes, for shallow water and two phases (default 300; none where "
+                            "no number follows)")
     speed.add_argument("--repeats", type=COUNT, default=5, help="timed blocks of each case (default 5)")
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
 
@@ -30,7 +33,7 @@ def register(commands: Any) -> None:
 def _bench(options: argparse.Namespace) -> int:
     usable_folder(options.out, "--out", ("bench.json", "bench.png"))
     result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
-                                          progress=teller()))
+                                          progress=teller(), plane=options.plane))
     folder = result.save(options.out)
     print(result.table())
     print(f"written to {folder}/: bench.json, bench.png")

@@ -33,6 +33,7 @@ from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
 from fvkit_granular.studies.hazard_report import file_names, write_hazard, write_series
+from fvkit_granular.studies.scene_run import CELLS
 
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
@@ -41,9 +42,6 @@ FILES = "files"
 #: every run.
 PROFILE = "profile"
 PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
-
-#: Numbers of cells, along x, where none is given, by the number of axes.
-CELLS = {1: 400, 2: 100}
 
 #: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
 UNSUCCESSFUL = "unsuccessful"

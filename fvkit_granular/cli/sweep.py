@@ -12,6 +12,8 @@ from typing import Any
 from fvkit import Keep, Samples, Scheme, sweep, validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import remove, usable_folder
+from fvkit.problem.directions import observables
+from fvkit.schemes.fitting import check_axes
 from fvkit.sweeps import SweepResult
 from fvkit_granular.cli.options import COUNT, scheme_of
 from fvkit_granular.models.registry import MODELS
@@ -20,8 +22,11 @@ from fvkit_granular.scenes.toml.table import read_toml
 from fvkit_granular.studies.scene_run import SceneRun
 
 #: Keys of a file; those without a default must be there.
-DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": 400, "scheme": {}, "samples": "latin-hypercube", "members": 100,
-                            "seed": 0, "outputs": ["max.h", "front.h"], "backend": "auto"}
+DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": None, "scheme": {}, "samples": "latin-hypercube", "members": 100,
+                            "seed": 0, "outputs": None, "backend": "auto"}
+
+#: What is kept where the file does not say, by the number of axes.
+OUTPUTS = {1: ["max.h", "front.h"], 2: ["max.h", "mean.h"]}
 REQUIRED = ("scene", "parameters")
 
 #: Kinds of samples.
@@ -116,9 +121,12 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
         kind, parameters = validation.choice(plan["samples"], "samples", KINDS), _flat(plan["parameters"])
         samples = Samples.latin_hypercube(parameters, plan["members"], plan["seed"]) if kind == "latin-hypercube" else \
             getattr(Samples, kind)(parameters)
-        problem, _ = run.setup(samples[0])
-        keep = Keep(plan["outputs"])
-        keep.check(problem.model.observables(problem.q0, problem.aux_averages))
+        problem, scheme = run.setup(samples[0])
+        if scheme is not None:
+            check_axes(scheme, problem.grid)
+        axes = len(problem.grid.axes)
+        keep = Keep(OUTPUTS[axes] if plan["outputs"] is None else plan["outputs"])
+        keep.check(observables(problem.model, problem.grid, problem.q0, problem.aux_averages), axes)
     return run, keep, samples
 
 

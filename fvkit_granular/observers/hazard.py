@@ -23,8 +23,8 @@ class HazardMaps(Observer):
     """Hazard maps: the largest depth, speed and dynamic pressure in each cell, first arrival and duration, at every step.
 
     Speed is that of the mass, (hs vs + gamma hf vf)/(hs + gamma hf) with two phases; with ``slope="steep"`` along the ground, its
-    vertical part included, up to slopes of 60 degrees. Dynamic pressure is rho speed^2, with rho = density (phi + gamma (1 - phi))
-    of what flows.
+    vertical part included, up to slopes of 60 degrees. Dynamic pressure is rho speed^2, with
+    rho = density (phi + gamma (1 - phi)) of what flows.
 
     Parameters
     ----------

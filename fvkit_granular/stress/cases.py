@@ -9,7 +9,8 @@ import numpy as np
 
 from fvkit.validation import choice
 from fvkit_granular.scenes.library.dry_and_extreme import ABSENT
-from fvkit_granular.scenes.toml.read import SUFFIX
+from fvkit_granular.scenes.library.plane import PLANE_SCENES
+from fvkit_granular.scenes.toml.read import SUFFIX, find_scene
 from fvkit_granular.stress import checks
 
 #: Models with a slip between phases.
@@ -87,6 +88,9 @@ def case_of(scene: str) -> Case:
     ValueError
         For an unknown name, with the nearest match.
     """
+    if scene in PLANE_SCENES or (scene.endswith(SUFFIX) and len(find_scene(scene).axes) > 1):
+        raise ValueError(f"`scene` must have one axis for stress, got {scene}, which has two and nothing that judges its runs: "
+                         "take `fvkit compare`")
     if scene.endswith(SUFFIX):
         return Case((), SINGLE, steps=None)
     return CASES[choice(scene, "scene", CASES)]

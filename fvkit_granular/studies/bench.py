@@ -4,6 +4,8 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from itertools import product
+from math import isqrt
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
@@ -13,10 +15,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fvkit as fv
-from fvkit import Model, RiemannSolver, Scheme, validation
+from fvkit import RiemannSolver, Scheme, validation
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit.output.figures import legend_below, new_axes, save_all, style
 from fvkit.pointwise.part import public_name
+from fvkit.problem.directions import in_plane
 from fvkit.run.interruption import keeping
 from fvkit.studies.report import environment
 from fvkit.studies.tables import table
@@ -24,13 +27,16 @@ from fvkit_granular.models.reduced import Reduced
 from fvkit_granular.models.relaxation import Relaxation
 from fvkit_granular.models.shallow_water import ShallowWater
 from fvkit_granular.models.two_phase import TwoPhase
-from fvkit_granular.studies.bench_pyclaw import pyclaw_runs
+from fvkit_granular.studies.bench_pyclaw import pyclaw_runs, pyclaw_runs_in_the_plane
 
 #: Orders that can be measured; 5 is one stage of the method of lines, MP5.
 ORDERS = (1, 2, 5)
 
 #: A timed block takes about this long, s, and at least this many steps.
 BLOCK, LEAST_STEPS = 0.05, 3
+
+#: Models and solvers that are measured with two axes.
+IN_THE_PLANE = ((ShallowWater(), fv.Roe()), (TwoPhase(), Relaxation()))
 
 Run = Callable[[int], float]
 
@@ -42,11 +48,16 @@ class Case(NamedTuple):
     riemann: str
     order: int
     backend: str
+    axes: int = 1
 
     @property
     def label(self) -> str:
         """For legends."""
         return f"{self.model} {self.riemann}, order {self.order}, {self.backend}"
+
+    def size(self, cells: int) -> str:
+        """How many cells, in words: with two axes "300 x 300" of 90000."""
+        return f"{cells}" if self.axes == 1 else " x ".join([f"{isqrt(cells)}"] * 2)
 
 
 def flow(model: Any, cells: int) -> fv.Problem:
@@ -58,16 +69,27 @@ def flow(model: Any, cells: int) -> fv.Problem:
     return fv.Problem(model, fv.Grid(0.0, 1.0, cells), initial, 1e9, aux={"b": bottom}, boundary=fv.Periodic())
 
 
+def flow_in_the_plane(model: Any, cells: int) -> fv.Problem:
+    """The same waves on a square of cells x cells, bent so that nothing is constant along either axis, over the same bottom."""
+    def initial(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        h = 1.0 + 0.4 * np.exp(-100.0 * ((x - 0.4) ** 2 + (y - 0.5) ** 2)) - bottom(x)
+        phi = 0.5 + 0.2 * np.sin(2.0 * np.pi * (x + y))
+        return in_plane(model, model.conserved_from(h, phi, 0.1, -0.1), model.conserved_from(h, phi, -0.1, 0.1))
+
+    return fv.Problem(model, fv.Grid((0.0, 0.0), (1.0, 1.0), (cells, cells)), initial, 1e9, aux={"b": lambda x, y: bottom(x)},
+                      boundary=fv.Periodic())
+
+
 def bottom(x: np.ndarray) -> np.ndarray:
     """Return 0.1 sin(2 pi x)."""
     return 0.1 * np.sin(2.0 * np.pi * x)
 
 
-def stepping(model: Model, riemann: RiemannSolver, order: int, backend: str, cells: int) -> Run:
+def stepping(problem: fv.Problem, riemann: RiemannSolver, order: int, backend: str) -> Run:
     """Return a function that takes k steps and returns the seconds per step, of order 5 per stage, stepping alone."""
     scheme: Scheme = fv.MethodOfLines(riemann) if order == 5 else fv.WavePropagation(riemann, order=order)
     stages = 1 if scheme.time_integrator is None else len(scheme.time_integrator.beta)
-    stepper = fv.Stepper(flow(model, cells), scheme, backend=backend, nonhyperbolic="ignore")
+    stepper = fv.Stepper(problem, scheme, backend=backend, nonhyperbolic="ignore")
 
     def run(steps: int) -> float:
         before = stepper.stats().seconds
@@ -103,14 +125,14 @@ class Bench:
         """Rows that differ only in their number of cells."""
         result: dict[Case, list[dict[str, Any]]] = {}
         for row in self.rows:
-            result.setdefault(Case(*(row[field] for field in Case._fields)), []).append(row)
+            result.setdefault(Case(**{field: row[field] for field in Case._fields if field in row}), []).append(row)
         return result
 
     def ratios(self) -> list[str]:
         """Return PyClaw's time over ours for shallow water, then that of a stage of order 5 over a second-order step with Roe."""
         pyclaw, stages = [], []
         for case, rows in self.series().items():
-            ours = Case("shallow-water", "roe", case.order, "numba")
+            ours = Case("shallow-water", "roe", case.order, "numba", case.axes)
             if case.backend == "pyclaw":
                 pyclaw.append(f"PyClaw's Fortran ({case.riemann}) takes x our compiled Roe: {self._over(rows, ours, 1)} cells")
             elif case.order == 5 and (found := self._over(rows, case._replace(riemann="roe", order=2), 2)):
@@ -119,35 +141,42 @@ class Bench:
 
     def _over(self, rows: list[dict[str, Any]], other: Case, digits: int) -> str:
         known = {row["cells"]: row["ns_per_cell_step"] for row in self.series().get(other, [])}
-        return ", ".join(f"{row['ns_per_cell_step'] / known[row['cells']]:.{digits}f} at {row['cells']}" for row in rows
-                         if row["cells"] in known)
+        return ", ".join(f"{row['ns_per_cell_step'] / known[row['cells']]:.{digits}f} at {other.size(row['cells'])}"
+                         for row in rows if row["cells"] in known)
 
     def table(self) -> str:
-        """Return one line per case, a column per number of cells: median, in brackets minimum."""
-        cells = sorted({row["cells"] for row in self.rows})
-        lines = [["ns per cell and step", *(f"N = {count}" for count in cells)]]
-        for case, rows in self.series().items():
-            found = {row["cells"]: f"{row['ns_per_cell_step']:.1f} ({row['ns_per_cell_step_min']:.1f})" for row in rows}
-            lines.append([case.label, *(found.get(count, "-") for count in cells)])
+        """Return one line per case, a column per number of cells: median, in brackets minimum; two axes behind one."""
+        parts = [text for axes in (1, 2) for text in self._lines(axes)]
         versions = ", ".join(f"{name} {number}" for name, number in self.versions.items())
         machine = f"{self.machine['processor']}, one thread; {versions}"
         note = "median (minimum) of interleaved repeats, stepping only"
-        return "\n".join([table(lines, left=1), "", note, machine, *self.ratios()])
+        return "\n".join([*parts, note, machine, *self.ratios()])
+
+    def _lines(self, axes: int) -> list[str]:
+        """The table of cases with so many axes, and an empty line; nothing without any."""
+        series = {case: rows for case, rows in self.series().items() if case.axes == axes}
+        cells = sorted({row["cells"] for rows in series.values() for row in rows})
+        lines = []
+        for case, rows in series.items():
+            found = {row["cells"]: f"{row['ns_per_cell_step']:.1f} ({row['ns_per_cell_step_min']:.1f})" for row in rows}
+            lines.append([case.label, *(found.get(count, "-") for count in cells)])
+            head = ["ns per cell and step", *(f"N = {case.size(count)}" for count in cells)]
+        return [table([head, *lines], left=1), ""] if lines else []
 
     def plot(self) -> Figure:
         """Return the picture: a panel per model."""
-        models = list(dict.fromkeys(case.model for case in self.series()))
+        models = list(dict.fromkeys((case.model, case.axes) for case in self.series()))
         figure, axes = new_axes(1, len(models), width=4.6, height=4.6)
         solvers = list(dict.fromkeys(case.riemann for case in self.series()))
-        for ax, model in zip(axes, models, strict=True):
+        for ax, (model, count) in zip(axes, models, strict=True):
             for case, rows in self.series().items():
-                if case.model == model:
+                if (case.model, case.axes) == (model, count):
                     dash = {"numba": "-", "numpy": "--"}.get(case.backend, ":")
                     look = style(solvers.index(case.riemann)) | {"linestyle": dash}
                     ax.loglog([row["cells"] for row in rows], [row["ns_per_cell_step"] for row in rows], **look, markersize=4,
                               linewidth=2.0 if case.order == 2 else 0.9,
                               label=f"{case.riemann}, order {case.order}, {case.backend}")
-            ax.set(title=model, xlabel="cells", ylabel="ns per cell and step")
+            ax.set(title=model if count == 1 else f"{model}, two axes", xlabel="cells", ylabel="ns per cell and step")
             ax.grid(which="major", alpha=0.35)
         legend_below(figure, axes, 4, "x-small")
         return figure
@@ -159,8 +188,9 @@ class Bench:
 
 
 def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[int] = (1, 2),
-          backends: Sequence[str] | None = None, repeats: int = 5, progress: Callable[[str], None] | None = None) -> Bench:
-    """Measure every model, solver, backend and order at every number of cells, interleaved.
+          backends: Sequence[str] | None = None, repeats: int = 5, progress: Callable[[str], None] | None = None, *,
+          plane: Sequence[int] = ()) -> Bench:
+    """Measure every model, solver, backend and order at every number of cells, interleaved; with two axes some of them.
 
     Parameters
     ----------
@@ -168,6 +198,8 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
     backends : ``"numba"`` and ``"numpy"``; default: those that are installed.
     repeats : timed blocks of each, of about 0.05 s.
     progress : function that receives a line of text now and then.
+    plane : numbers of cells along each axis of a square, on which shallow water with Roe and two phases with Relaxation are
+        measured too, at orders 1 and 2 where these are among ``orders``.
 
     Returns
     -------
@@ -189,27 +221,30 @@ def bench(cells: Sequence[int] = (100, 1000, 10_000, 100_000), orders: Sequence[
         return Bench(rows, *environment("fvkit", "numpy", "numba", "clawpack"))
 
     with keeping(lambda: report() if rows else None):
-        for count in cells:
-            rows += _cases(count, orders, chosen, repeats, tell)
+        for axes, counts in ((1, cells), (2, plane)):
+            for count in counts:
+                rows += _cases(count, axes, orders, chosen, repeats, tell)
     return report()
 
 
-def _cases(count: int, orders: Sequence[int], backends: Sequence[str], repeats: int,
+def _cases(count: int, axes: int, orders: Sequence[int], backends: Sequence[str], repeats: int,
            tell: Callable[[str], None]) -> list[dict[str, Any]]:
-    """Measure everything with a number of cells."""
+    """Measure everything with a number of cells along each axis."""
+    solvers = (Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov())
+    pairs = IN_THE_PLANE if axes > 1 else product((TwoPhase(), Reduced(), ShallowWater()), solvers)
+    split = [order for order in orders if order < 5]
     runs: dict[Case, Run] = {}
-    for model in (TwoPhase(), Reduced(), ShallowWater()):
-        for riemann in (Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov()):
-            for order in orders:
-                for backend in backends:
-                    case = Case(public_name(model), public_name(riemann), order, backend)
-                    tell(f"N = {count}: preparing {case.label}")
-                    runs[case] = stepping(model, riemann, order, backend, count)
+    for model, riemann in pairs:
+        for order in orders if axes == 1 else split:
+            for backend in backends:
+                case = Case(public_name(model), public_name(riemann), order, backend, axes)
+                tell(f"N = {case.size(count**axes)}: preparing {case.label}")
+                runs[case] = stepping((flow if axes == 1 else flow_in_the_plane)(model, count), riemann, order, backend)
     if find_spec("clawpack") is not None:
-        runs |= {Case("shallow-water", name, order, "pyclaw"): run
-                 for (name, order), run in pyclaw_runs(count, [order for order in orders if order < 5], bottom).items()}
+        peers = pyclaw_runs(count, split, bottom) if axes == 1 else pyclaw_runs_in_the_plane(count, split)
+        runs |= {Case("shallow-water", name, order, "pyclaw", axes): run for (name, order), run in peers.items()}
     tell(f"N = {count}: measuring {len(runs)} cases")
     started = time.perf_counter()
-    rows = measure(runs, count, repeats)
+    rows = measure(runs, count**axes, repeats)
     tell(f"N = {count}: {time.perf_counter() - started:.0f} s")
     return rows

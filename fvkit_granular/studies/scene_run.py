@@ -21,6 +21,9 @@ from fvkit_granular.scenes.toml.read import find_factory
 #: Fields of a scene that are parameters.
 PHYSICS = ("g", "gamma", "t_end")
 
+#: Numbers of cells of a run, with two axes along x, where none is given, by the number of axes.
+CELLS = {1: 400, 2: 100}
+
 #: Parts of a scheme that may be given by name.
 NAMED = {"riemann": RIEMANN, "limiter": LIMITERS, "reconstruction": RECONSTRUCTIONS, "integrator": INTEGRATORS}
 
@@ -56,7 +59,7 @@ class SceneRun:
     scene : name of a built-in scene, path of a TOML file, or a function that returns a `Scene`.
     model : instance, or class that gets the scene's g and gamma.
     scheme : None for second-order wave propagation with the model's default solver.
-    cells : number of cells; with two axes along x, or (nx, ny).
+    cells : number of cells; with two axes along x, or (nx, ny). None for 400, with two axes 100.
     times : output times, s; None for the end alone.
     backend : as for `fvkit.solve`.
 
@@ -81,7 +84,7 @@ class SceneRun:
     model: Model | type[Model] = attrs.field(default=TwoPhase, converter=_model)
     scheme: Scheme | None = validation.field(
         validation.instance, None, optional=True, kind=Scheme, hint="such as fv.WavePropagation(fv.HLL())")
-    cells: Any = validation.field(_cells, 400)
+    cells: Any = validation.field(_cells, None, optional=True)
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
     backend: str = validation.field(validation.choice, "auto", known=BACKENDS)
 
@@ -102,7 +105,7 @@ class SceneRun:
         scene = self._scene(left)
         model = self._model(scene, left)
         scheme = _changed_scheme(self.scheme, model, left)
-        cells = left.pop("cells", self.cells)
+        cells = left.pop("cells", CELLS[len(scene.axes)] if self.cells is None else self.cells)
         if left:
             validation.choice(next(iter(left)), "parameter", self.names(scene, model))
         return scene.problem(model, cells), scheme

@@ -79,3 +79,64 @@ def test_what_has_no_meaning_on_a_plane_is_refused_before_the_run(words, message
     said = mistake(capsys, *words)
     assert message in said
     assert said.count("\n") == 1
+
+
+# Sweeps, convergence, stress.
+
+
+def test_a_scene_run_takes_parameters_of_a_plane():
+    run = gr.SceneRun("vortex", gr.ShallowWater, cells=(8, 6), backend="numpy")
+    solution = run(**{"t_end": 0.1, "initial.vs_x": 0.5, "initial.vf_x": 0.5, "drift": 0.0})
+    whole = run.setup({})[0]
+    assert solution.grid.shape == (6, 8)
+    assert np.allclose(solution.q[0, 1], 0.5 * whole.q0[1], rtol=1e-13, atol=1e-15)
+    assert np.array_equal(solution.q[0, 2], whole.q0[2])
+    with pytest.raises(ValueError, match=r"`parameter` must be one of .*initial.vs_y.*got 'initial.vs'"):
+        run(**{"initial.vs": 2.0})
+    assert gr.SceneRun("vortex").setup({})[0].grid.shape == (100, 100)
+    assert gr.SceneRun("rest").setup({})[0].grid.shape == (400,)
+
+
+SWEEP = """
+scene = "vortex"
+model = "shallow-water"
+cells = 8
+samples = "grid"
+backend = "numpy"
+{more}
+[parameters]
+t_end = [0.02, 0.04]
+"""
+
+
+def test_a_sweep_over_a_plane_keeps_what_has_a_meaning_there(folder, capsys):
+    (folder / "s.toml").write_text(SWEEP.format(more=""))
+    assert main(["sweep", "s.toml", "--workers", "1"]) == SUCCESS
+    said = capsys.readouterr().out
+    assert "2 of 2 members finished" in said
+    assert "max.h: " in said
+    assert "mean.h: " in said
+
+
+def test_a_front_on_a_plane_is_refused_before_the_sweep(folder, capsys):
+    (folder / "s.toml").write_text(SWEEP.format(more='outputs = ["front.h"]'))
+    assert "front.h needs a grid with one axis, got one with two: keep h, max.h or mean.h" in mistake(capsys, "sweep", "s.toml")
+    (folder / "s.toml").write_text(SWEEP.format(more='outputs = ["max.speed"]'))
+    assert main(["sweep", "s.toml", "--workers", "1"]) == SUCCESS
+    (folder / "s.toml").write_text(SWEEP.format(more='scheme = {reconstruction = "mp5"}'))
+    assert "MethodOfLines serves a grid with one axis" in mistake(capsys, "sweep", "s.toml")
+
+
+def test_convergence_of_a_built_in_scene_and_of_one_without_a_reference(folder, capsys):
+    given = ["--model", "shallow-water", "--backend", "numpy"]
+    assert main(["convergence", "travelling-vortex", "--cells", "16", "32", *given, "--expect", "1.2", "--out", "out"]) == SUCCESS
+    assert "order 1.2 is reached" in capsys.readouterr().out
+    assert (folder / "out/convergence.png").is_file()
+    assert main(["convergence", "dam-break-island", "--cells", "10", "20", "40", *given]) == SUCCESS
+    assert "self-converged" in capsys.readouterr().out
+
+
+def test_stress_judges_one_axis_alone(folder, capsys):
+    (folder / "plane.toml").write_text(gr.scene_text(gr.scene("lake-with-islands")))
+    for name in ("vortex", "plane.toml"):
+        assert f"`scene` must have one axis for stress, got {name}, which has two" in mistake(capsys, "stress", name)

@@ -2,7 +2,7 @@
 
 RUN = ("run", "rest", "--cells", "10", "--backend", "numpy")
 COMPARE = ("compare", "rest", "--cells", "10", "--repeats", "1", "--backend", "numpy")
-BENCH = ("bench", "--cells", "10", "--backends", "numpy", "--repeats", "1", "--orders", "1")
+BENCH = ("bench", "--cells", "10", "--plane", "10", "--backends", "numpy", "--repeats", "1", "--orders", "1")
 STRESS = ("stress", "toe", "--backends", "numpy", "--workers", "1")
 ORDER = ("convergence", "simple-wave", "--cells", "10", "20", "--backend", "numpy")
 SWEEP = ("sweep", "sweep.toml")

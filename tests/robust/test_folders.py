@@ -29,7 +29,7 @@ def here(tmp_path, monkeypatch):
     (RUN, ["--plot", "speeds", "slip", "space-time", "--animate", "film.gif"]), (RUN, ["--animate", "films/a.gif"]),
     (COMPARE, ["--plot-axes", "steps", "error.h", "--plot-axes", "cells", "seconds"]), (["sweep", "s.toml", "--workers", "1"], []),
     (["convergence", "riemann", "--cells", "10", "20"], []),
-    (["bench", "--cells", "10", "--orders", "1", "--backends", "numpy", "--repeats", "1"], [])])
+    (["bench", "--cells", "10", "--plane", "--orders", "1", "--backends", "numpy", "--repeats", "1"], [])])
 def test_a_second_run_leaves_no_picture_of_the_first_and_all_files_of_the_user(command, more, here, monkeypatch, capsys):
     monkeypatch.setattr("fvkit_granular.studies.bench.BLOCK", 1e-6)
     monkeypatch.setattr("fvkit_granular.cli.run.FRAMES", 3)
