@@ -127,3 +127,10 @@ def test_a_terrain_says_what_it_is():
     text = ramp(crs=LAMBERT).describe()
     assert "x 1000 to 1040 m, y 2000 to 2030 m, MGI / Austria Lambert" in text
     assert "over 45 degrees" in text
+
+
+def test_places_on_a_map_have_digits_enough():
+    terrain = ramp(corner=(4_512_000.0, 5_300_000.0), cell=2.5, missing=[(0, 0)])
+    assert terrain.grid.located(0) == "x = 4512001.25, y = 5300001.25"
+    with pytest.raises(ValueError, match=r"x = 4512001\.25, y = 5300001\.25, which looks like a code"):
+        gr.Terrain(terrain.grid, np.where(terrain.missing, -32768.0, 5.0))
