@@ -46,7 +46,7 @@ nitpick_ignore_regex = [
     ("py:class", r"fvkit_granular\.models\.shallow_flow\.ShallowFlow"),
     # Modules without a page: named for those who read the code.
     ("py:obj", r"fvkit\.(backends|output|pointwise|problem|run|schemes|studies|sweeps|validation|files)\b.*"),
-    ("py:obj", r"fvkit_granular\.(models|scenes|sources|studies|csv_table)\b.*"),
+    ("py:obj", r"fvkit_granular\.(models|scenes|sources|studies|terrain|csv_table)\b.*"),
     ("py:obj", r"concurrent\.futures\..*"),
     # Names as seen from within their class or module, or as the examples abbreviate them.
     ("py:obj", r"hyperbolic_discriminant|phase_waves|latin_hypercube|grid|given|Status\.\w+|Part\.defines"),

@@ -87,3 +87,15 @@ def test_the_snippets_about_results_run(tmp_path, monkeypatch):
     assert len(blocks) == 8
     exec("\n".join(blocks), {"__name__": "snippets"})
     assert {path.name for path in tmp_path.iterdir()} == {"run.npz", "run.nc", "frames.nc", "long.npz"}
+
+
+def test_the_snippets_about_terrains_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    blocks = code_blocks(TOP / "docs" / "terrain.md", "python")
+    assert len(blocks) == 3
+    exec("\n".join(blocks), {"__name__": "snippets"})
+    said = capsys.readouterr().out
+    assert "60 x 40 cells of 5 m" in said
+    assert "normal to the ground" in said
+    assert "hit rate" in said
+    assert {path.name for path in tmp_path.iterdir()} == {"valley.asc", "release.geojson", "deepest.asc", "deepest.png"}

@@ -48,6 +48,11 @@ class Axis:
         return (self.upper - self.lower) / self.num_cells
 
     @property
+    def digits(self) -> int:
+        """Digits that a centre of a cell needs in words, at least 6: on maps coordinates are large beside cells."""
+        return max(6, int(np.ceil(np.log10(max(abs(self.lower), abs(self.upper)) / self.dx))) + 2)
+
+    @property
     def edges(self) -> np.ndarray:
         """Cell edges, (num_cells + 1,)."""
         return np.linspace(self.lower, self.upper, self.num_cells + 1)
@@ -159,8 +164,9 @@ class Grid:
         return " x ".join(str(axis.num_cells) for axis in self.axes)
 
     def located(self, cell: int) -> str:
-        """Return the place of a cell in words, such as "x = 2.5, y = 1"."""
-        return ", ".join(f"{name} = {value:g}" for name, value in zip(NAMES, self.place(cell), strict=False))
+        """Return the place of a cell in words, such as "x = 2.5, y = 1", with as many digits as tell cells apart."""
+        return ", ".join(f"{name} = {value:.{axis.digits}g}"
+                         for name, axis, value in zip(NAMES, self.axes, self.place(cell), strict=False))
 
     @property
     def _only(self) -> Axis:

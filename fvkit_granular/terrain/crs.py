@@ -6,7 +6,7 @@ from pathlib import Path
 from fvkit.files import write_whole
 
 #: Texts of geographic systems: WKT, old .prj files, EPSG's and OGC's names of WGS 84.
-DEGREES = re.compile(r"^\s*(GEOGCS|GEOGCRS|GEODCRS|GEODETICCRS)\b|^\s*projection\s+geographic\b|\bEPSG:{1,2}4326\b|\bCRS84\b",
+DEGREES = re.compile(r"^\s*(?:COMP\w+\[[^\[]*)?(?:GEOGCS|GEOGCRS|GEODCRS)\b|^\s*projection\s+geographic\b|\bEPSG:{1,2}4326\b|\bCRS84\b",
                      re.IGNORECASE)
 FEET = re.compile(r'UNIT\["[^"]*(foot|feet)', re.IGNORECASE)
 CODE = re.compile(r'\bEPSG:(?:[\w.]*:)?(\d+)\s*$|(?:AUTHORITY|ID)\["EPSG",\s*"?(\d+)"?\]\s*\]\s*$', re.IGNORECASE)
@@ -61,16 +61,18 @@ def _same_to_gdal(one: str, other: str) -> tuple[bool, str]:
     """Return whether GDAL takes two texts for the same CRS, and advice where it does not know or is not there."""
     advice = "; if they are the same, write both in the same words"
     try:
+        from rasterio import Env
         from rasterio.crs import CRS
         from rasterio.errors import CRSError
     except ImportError:
         return False, f"{advice}, or let GDAL compare them: pip install 'fvkit[geo]'"
     try:
-        first, second = CRS.from_user_input(one), CRS.from_user_input(other)
+        with Env():  # which keeps what GDAL says off the terminal
+            first, second = CRS.from_user_input(one), CRS.from_user_input(other)
+            code = first.to_epsg()
+            return first == second or (code is not None and code == second.to_epsg()), ""
     except CRSError:
         return False, advice
-    code = first.to_epsg()
-    return first == second or (code is not None and code == second.to_epsg()), advice
 
 
 def write_beside(path: Path, crs: str | None) -> None:

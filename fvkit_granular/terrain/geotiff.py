@@ -55,7 +55,7 @@ def content(values: np.ndarray, grid: Grid, crs: str | None) -> bytes:
     rasterio = validation.library("rasterio", "a GeoTIFF", "geo")
     x, y = grid.axes
     rows, columns = values.shape
-    with rasterio.io.MemoryFile() as memory:
+    with rasterio.Env(), rasterio.io.MemoryFile() as memory:
         with memory.open(driver="GTiff", width=columns, height=rows, count=1, dtype="float64", nodata=NODATA, compress="deflate",
                          predictor=3, crs=_known(crs),
                          transform=rasterio.Affine(x.dx, 0.0, x.lower, 0.0, -y.dx, y.upper)) as file:

@@ -19,6 +19,12 @@ THICKNESS, SOLID = ("thickness", "d0", "h"), ("solid_fraction", "phi")
 MEASURED = ("vertical", "normal")
 
 
+def _cells(value: Any, name: str) -> np.ndarray:
+    result = validation.array(value, name)
+    result.flags.writeable = False
+    return result
+
+
 class Part(NamedTuple):
     """A released feature: ``name``, ``area`` on the map, m^2, ``thickness`` as given, m, and ``volume`` on the terrain, m^3."""
 
@@ -36,16 +42,25 @@ class Release:
     ----------
     terrain : the terrain.
     thickness : (ny, nx) vertical thickness, the average of each cell, m, >= 0.
-    phi : (ny, nx) solid fraction, 0 where nothing is released; None where it was not given.
+    phi : (ny, nx) solid fraction in [0, 1], 0 where nothing is released; None where it was not given.
     parts : what was released: ``name``, ``area``, ``thickness`` as given, ``volume`` on the terrain.
     measured : how the given thickness is measured, ``"vertical"`` or ``"normal"`` to the ground.
     """
 
-    terrain: Terrain
-    thickness: np.ndarray = attrs.field(eq=SAME_CELLS)
-    phi: np.ndarray | None = attrs.field(eq=SAME_CELLS)
-    parts: tuple[Part, ...]
-    measured: str
+    terrain: Any = validation.field(validation.instance, kind=Terrain)
+    thickness: Any = validation.field(_cells, eq=SAME_CELLS)
+    phi: Any = validation.field(_cells, None, optional=True, eq=SAME_CELLS)
+    parts: tuple[Part, ...] = ()
+    measured: Any = validation.field(validation.choice, "vertical", known=MEASURED)
+
+    def __attrs_post_init__(self) -> None:
+        shape = self.terrain.grid.shape
+        for name, values, most in (("thickness", self.thickness, np.inf), ("phi", self.phi, 1.0)):
+            if values is not None and values.shape != shape:
+                raise ValueError(f"`{name}` must have the shape of the terrain, {shape}, got {values.shape}")
+            if values is not None and (values.min() < 0.0 or values.max() > most):
+                raise ValueError(f"`{name}` must be >= 0{' and <= 1' if most == 1.0 else ' m'}, got {values.min():g} to "
+                                 f"{values.max():g}")
 
     @property
     def volume(self) -> float:
@@ -158,7 +173,7 @@ def _thickness(feature: Feature) -> float:
     value = feature.number(THICKNESS)
     if value is None:
         raise ValueError(f"{feature.where} must have an attribute {' or '.join(THICKNESS)}, got "
-                         f"{', '.join(feature.attributes) or 'none'}: give it, or the argument `thickness`")
+                         f"{validation.one_line(', '.join(feature.attributes)) or 'none'}: give it, or the argument `thickness`")
     if not (np.isfinite(value) and value > 0.0):
         raise ValueError(f"{feature.where}: thickness must be finite and > 0 m, got {value:g}")
     return value

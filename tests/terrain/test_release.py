@@ -245,3 +245,13 @@ def test_without_gdal_texts_that_cannot_be_compared_are_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio.crs", None)
     with pytest.raises(ValueError, match=r"or let GDAL compare them: pip install 'fvkit\[geo\]'"):
         gr.read_release(collection(feature(BOX), crs=UTM), ramp(crs="local grid of the valley"), 1.0)
+
+
+@pytest.mark.parametrize(("change", "words"), [(dict(thickness=np.ones((2, 2))), "`thickness` must have the shape"), (dict(thickness=-np.ones((6, 8))), "`thickness` must be >= 0 m"),
+                                               (dict(phi=np.full((6, 8), 60.0)), "`phi` must be >= 0 and <= 1"), (dict(measured="slope"), "vertical, normal"),
+                                               (dict(terrain=None), "instance of Terrain")])
+def test_a_release_made_by_hand_is_checked(change, words):
+    good = dict(terrain=ramp(), thickness=np.ones((6, 8)))
+    assert gr.Release(**good).volume == 48 * 25.0
+    with pytest.raises((ValueError, TypeError), match=words):
+        gr.Release(**good | change)

@@ -30,7 +30,7 @@ def test_a_cell_without_data_has_no_height():
     (dict(bottom=[[1, 1, 1], [1, np.inf, 1]]), "finite"), (dict(bottom=[[1, 1, 1], [1, -9999, 1]]), r"x = 15, y = 15.*code for no data"),
     (dict(bottom=np.full((2, 3), 20000.0)), "code for no data"), (dict(missing=np.ones((2, 3), dtype=bool)), "a cell with data"),
     (dict(missing=np.ones((3, 3), dtype=bool)), "missing.*shape"), (dict(missing=np.ones((2, 3))), "True and False"),
-    (dict(crs='GEOGCS["WGS 84"]'), "degrees"), (dict(crs="EPSG:4326"), "degrees"), (dict(crs="Projection GEOGRAPHIC\nUnits DD"), "degrees"),
+    (dict(crs='GEOGCS["WGS 84"]'), "degrees"), (dict(crs="EPSG:4326"), "degrees"), (dict(crs='COMPD_CS["WGS 84 + EGM96",GEOGCS["WGS 84"]]'), "degrees"), (dict(crs="Projection GEOGRAPHIC\nUnits DD"), "degrees"),
     (dict(crs='PROJCS["NAD83 / Ohio",UNIT["US survey foot",0.3048006096012192]]'), "feet"), (dict(crs=31287), "text")])
 def test_what_is_no_terrain_is_refused(change, words):
     good = dict(grid=fv.Grid((0.0, 0.0), (30.0, 20.0), (3, 2)), bottom=np.ones((2, 3)))
@@ -127,3 +127,10 @@ def test_a_terrain_says_what_it_is():
     text = ramp(crs=LAMBERT).describe()
     assert "x 1000 to 1040 m, y 2000 to 2030 m, MGI / Austria Lambert" in text
     assert "over 45 degrees" in text
+
+
+def test_places_on_a_map_have_digits_enough():
+    terrain = ramp(corner=(4_512_000.0, 5_300_000.0), cell=2.5, missing=[(0, 0)])
+    assert terrain.grid.located(0) == "x = 4512001.25, y = 5300001.25"
+    with pytest.raises(ValueError, match=r"x = 4512001\.25, y = 5300001\.25, which looks like a code"):
+        gr.Terrain(terrain.grid, np.where(terrain.missing, -32768.0, 5.0))
