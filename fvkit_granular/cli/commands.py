@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from fvkit_granular.cli import advise, bench, compare, convergence, run, scenes, stress, sweep
+from fvkit_granular.cli import advise, bench, check, compare, convergence, run, scenes, stress, sweep
 
 
 def register(commands: Any) -> None:
     """Add the commands to the parser of ``fvkit``."""
-    for command in (scenes, run, compare, bench, stress, advise, convergence, sweep):
+    for command in (scenes, check, run, compare, bench, stress, advise, convergence, sweep):
         command.register(commands)
