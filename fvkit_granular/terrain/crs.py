@@ -6,8 +6,8 @@ from pathlib import Path
 from fvkit.files import write_whole
 
 #: Texts of geographic systems: WKT, old .prj files, EPSG's and OGC's names of WGS 84.
-DEGREES = re.compile(r"^\s*(?:COMP\w+\[[^\[]*)?(?:GEOGCS|GEOGCRS|GEODCRS)\b|^\s*projection\s+geographic\b|\bEPSG:{1,2}4326\b|\bCRS84\b",
-                     re.IGNORECASE)
+DEGREES = re.compile(r"^\s*(?:COMP\w+\[[^\[]*)?(?:GEOGCS|GEOGCRS|GEODCRS)\b|^\s*projection\s+geographic\b|"
+                     r"\bEPSG:{1,2}4326\b|\bCRS84\b", re.IGNORECASE)
 FEET = re.compile(r'UNIT\["[^"]*(foot|feet)', re.IGNORECASE)
 CODE = re.compile(r'\bEPSG:(?:[\w.]*:)?(\d+)\s*$|(?:AUTHORITY|ID)\["EPSG",\s*"?(\d+)"?\]\s*\]\s*$', re.IGNORECASE)
 
