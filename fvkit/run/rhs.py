@@ -29,6 +29,8 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
     if len(every) > 1:
         raise ValueError("fvkit.rhs serves a grid with one axis, got one with two: sweeps along each make a step, not a rate")
     (parts,) = every
+    if problem.model.relief() is not None and problem.sources:
+        raise ValueError("fvkit.rhs adds rates of sources on the map, not on steep ground: take fv.solve, or slope=\"mild\"")
     kernel, model, shape = array_kernel(problem, chosen, every), problem.model, problem.q0.shape
 
     def rate(t: float, q: np.ndarray) -> np.ndarray:

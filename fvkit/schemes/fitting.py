@@ -26,6 +26,8 @@ def assemble(problem: Problem, scheme: Scheme | None) -> tuple[Scheme, tuple[Par
     validation.instance(problem, "problem", Problem)
     chosen = default_scheme(problem) if scheme is None else validation.instance(scheme, "scheme", Scheme)
     check_axes(chosen, problem.grid)
+    if problem.model.relief() is not None:
+        _check_relief(problem, chosen)
     every = tuple(_parts_of(problem, chosen, direction) for direction in problem.directions)
     parts = every[0]
     check_parts(problem, parts)
@@ -40,6 +42,15 @@ def check_axes(scheme: Scheme, grid: Grid) -> None:
     """Refuse a scheme that does not serve as many axes as a grid has."""
     if len(grid.axes) > 1 and not scheme.planar:
         raise ValueError(f"{type(scheme).__name__} serves a grid with one axis, got one with two: take fv.WavePropagation")
+
+
+def _check_relief(problem: Problem, scheme: Scheme) -> None:
+    """Refuse what does not see the slopes of the ground."""
+    if not scheme.planar:
+        raise ValueError(f"{type(scheme).__name__} does not see the slopes that {type(problem.model).__name__} needs on steep "
+                         "ground: take fv.WavePropagation, or slope=\"mild\"")
+    if problem.background is not None:
+        raise ValueError("`background` needs slope=\"mild\": a flow on steep ground has none")
 
 
 def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:

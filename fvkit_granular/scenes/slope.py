@@ -163,4 +163,4 @@ def warn_of_steep_ground(slope: float) -> None:
     """Warn where a flow with the mild-slope equations may reach a slope above `MILD` degrees."""
     if is_steep(slope):
         warnings.warn(f"{sentence(slope)}, by b_x^2; they are made for slopes up to {MILD:g} degrees, and here speed and runout "
-                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=4)
+                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=3)

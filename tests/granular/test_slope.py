@@ -17,7 +17,7 @@ from fvkit_granular.scenes.slope import MILD, sentence, steepest
 def on(bottom, interval=(0.0, 100.0), surface=None, boundary=None, h=None, **more):
     flow = {"surface": surface, "phi": 0.5} if surface is not None else {"h": (lambda x: 1.0 + 0.0 * x) if h is None else h, "phi": 0.5}
     return gr.Scene(interval, 1.0, lambda x: {k: v(x) if callable(v) else v for k, v in flow.items()} | more, bottom=bottom,
-                    boundary=boundary or fv.Wall())
+                    boundary=boundary or fv.Wall(), slope="mild")
 
 
 @pytest.mark.parametrize("degrees", [1.0, 14.9, 15.1, 30.0, 54.7356, 70.0])
@@ -136,14 +136,19 @@ left = {type = "inflow", h = 5, phi = 0.5}
 right = "wall"
 """)
     main(["run", "bank.toml", "--cells", "100"])
+    assert "steepest slope 35 degrees: computed with the equations for steep ground" in capsys.readouterr().out
+    text = (tmp_path / "bank.toml").read_text()
+    (tmp_path / "bank.toml").write_text('slope = "mild"\n' + text)
+    main(["run", "bank.toml", "--cells", "100"])
     assert "caution: steepest slope 35 degrees" in capsys.readouterr().out
 
 
 def test_run_and_advise_say_it(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, slope, word in (("steep", 0.7, "caution: steepest slope 35 degrees"), ("mild", 0.1, "  steepest slope 5.71 degrees"), ("flat", 0.0, None)):
+    for name, equations, slope, word in (("caution", "mild", 0.7, "caution: steepest slope 35 degrees"), ("steep", "auto", 0.7, "steepest slope 35 degrees"),
+                                         ("mild", "auto", 0.1, "  steepest slope 5.71 degrees"), ("flat", "auto", 0.0, None)):
         path = tmp_path / f"{name}.toml"
-        path.write_text('interval = [0, 10]\nt_end = 0.05\ninitial = {h = 1, phi = 0.5}\n'
+        path.write_text(f'slope = "{equations}"\n' 'interval = [0, 10]\nt_end = 0.05\ninitial = {h = 1, phi = 0.5}\n'
                         f'bottom = {{shape = "plane", slope = -{slope}}}\n')
         assert main(["run", str(path), "--cells", "40"]) == 0
         ran = capsys.readouterr()
@@ -153,3 +158,19 @@ def test_run_and_advise_say_it(tmp_path, capsys, monkeypatch):
             assert ("steepest" in text) == (word is not None)
             assert word is None or word in text
         assert "steepest" not in ran.err
+
+
+@pytest.mark.parametrize("kind", [gr.TwoPhase, gr.Reduced, gr.ShallowWater])
+def test_a_class_gets_the_equations_that_its_ground_asks_for(kind):
+    for degrees, word, expected in ((9.9, "auto", "mild"), (10.1, "auto", "steep"), (40.0, "mild", "mild"), (1.0, "steep", "steep")):
+        scene = attrs.evolve(on(shapes.Plane(-np.tan(np.radians(degrees)))), slope=word)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", gr.SteepSlopeWarning)
+            assert scene.problem(kind, 100).model.slope == expected
+            assert scene.problem(kind(), 100).model.slope == "mild"
+            assert scene.problem(kind(slope="steep"), 100).model.slope == "steep"
+
+
+def test_built_in_scenes_have_the_equations_of_their_references():
+    for name in gr.scene_names():
+        assert gr.scene(name).slope == "mild"

@@ -101,7 +101,7 @@ def test_steep_ground_warns_with_its_angle_along_any_azimuth(azimuth):
     c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
 
     def slope(angle):
-        return scene(lambda x, y: {"h": 1.0, "phi": 0.5}, bottom=lambda x, y: -np.tan(np.radians(angle)) * (c * x + s * y))
+        return scene(lambda x, y: {"h": 1.0, "phi": 0.5}, bottom=lambda x, y: -np.tan(np.radians(angle)) * (c * x + s * y), slope="mild")
 
     with pytest.warns(gr.SteepSlopeWarning, match="steepest slope 20 degrees"):
         slope(20.0).problem(gr.TwoPhase, 12)
@@ -111,7 +111,7 @@ def test_steep_ground_warns_with_its_angle_along_any_azimuth(azimuth):
 
 
 def test_dry_steep_ground_counts_where_flow_comes_in_or_rains():
-    options = {"bottom": lambda x, y: 0.5 * (6.0 - x) + 0.0 * y, "initial": lambda x, y: {"h": 0.0, "phi": 0.5}}
+    options = {"bottom": lambda x, y: 0.5 * (6.0 - x) + 0.0 * y, "initial": lambda x, y: {"h": 0.0, "phi": 0.5}, "slope": "mild"}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         scene(**options, boundary=fv.Wall()).problem(gr.ShallowWater, 12)

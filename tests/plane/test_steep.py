@@ -155,3 +155,16 @@ def test_slopes_of_a_plane_a_cliff_and_a_crest():
 def test_a_word_that_is_neither():
     with pytest.raises(ValueError, match="`slope` must be one of mild, steep"):
         gr.TwoPhase(slope="step")
+
+
+def test_what_does_not_see_the_slopes_is_refused():
+    model = gr.ShallowWater(slope="steep")
+    options = {"model": model, "grid": fv.Grid(0.0, 10.0, 20), "initial": lambda x: model.conserved_from(1.0 + 0.0 * x), "t_end": 0.1,
+               "aux": {"b": lambda x: -0.5 * x}}
+    with pytest.raises(ValueError, match="MethodOfLines does not see the slopes"):
+        fv.solve(fv.Problem(**options), fv.MethodOfLines(fv.HLL()))
+    with pytest.raises(ValueError, match="`background` needs slope"):
+        fv.solve(fv.Problem(**options, background=options["initial"]))
+    with pytest.raises(ValueError, match="rates of sources on the map"):
+        fv.rhs(fv.Problem(**options, sources=gr.Manning(0.03)))
+    assert np.isfinite(fv.rhs(fv.Problem(**options))(0.0, fv.Problem(**options).q0)).all()

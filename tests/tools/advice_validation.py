@@ -69,7 +69,7 @@ def rest(rng: Random) -> Scene:
         surface = 1.0 + np.where((x > 0.15) & (x < 0.3), step, 0.0)
         return {"h": surface - bottom(x), "phi": mean + wave * np.sin(2.0 * np.pi * number * x + shift)}
 
-    return Scene((0.0, 1.0), float(rng.uniform(0.05, 0.2)), flow, bottom=bottom, name="rest", **_constants(rng))
+    return Scene((0.0, 1.0), float(rng.uniform(0.05, 0.2)), flow, bottom=bottom, name="rest", slope="mild", **_constants(rng))
 
 
 def hump(rng: Random, slip: float = 0.0) -> Scene:
