@@ -17,7 +17,7 @@ from fvkit.output.figures import COLORS, new_axes
 from fvkit.output.status import Results
 from fvkit.problem.answers import wave_speeds
 from fvkit.problem.directions import quantities, speed_name, vectors
-from fvkit.problem.grid import NAMES
+from fvkit.problem.grid import NAMES, Grid
 from fvkit.problem.model import aux_rows
 
 #: Fill colours of the layers above the bottom, lowest first.
@@ -192,10 +192,7 @@ def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
     """
     grid, target = solution.grid, ax if ax is not None else new_axes()[1][0]
     x, y = grid.axes
-    middle = 0.5 * (y.lower + y.upper)
-    start, end = validation.array(((x.lower, middle), (x.upper, middle)) if line is None else line, "line", (2, 2))
-    if not (start != end).any():
-        raise ValueError(f"`line` must have two ends that differ, ((x0, y0), (x1, y1)), got {validation.shown(line)}")
+    start, end = line_of(grid, line, "line")
     count = max(1, ceil(np.max(np.abs(end - start) / (x.dx, y.dx)) - ROUNDING))
     shares = (np.arange(count) + 0.5) / count
     cells = grid.cells_at(start + shares[:, None] * (end - start), "`line`")
@@ -209,6 +206,17 @@ def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
         target.plot(along, seen[_chosen(solution, name)], color=COLORS[0], label=_chosen(solution, name))
     return _finish(target, solution, i, "height, m" if parts else _label(solution, _chosen(solution, name)),
                    f"distance from ({start[0]:g}, {start[1]:g}) towards ({end[0]:g}, {end[1]:g}), m")
+
+
+def line_of(grid: Grid, line: Any, name: str) -> np.ndarray:
+    """Return both ends of a line within a grid with two axes, (2, 2), checked; those of its middle along x for None."""
+    x, y = grid.axes
+    middle = 0.5 * (y.lower + y.upper)
+    ends = validation.array(((x.lower, middle), (x.upper, middle)) if line is None else line, name, (2, 2))
+    if not (ends[0] != ends[1]).any():
+        raise ValueError(f"`{name}` must have two ends that differ, ((x0, y0), (x1, y1)), got {validation.shown(line)}")
+    grid.cells_at(ends, f"`{name}`")
+    return ends
 
 
 def _title(solution: Results, i: int) -> str:

@@ -52,7 +52,7 @@ COUNT = checked(int, validation.whole, at_least=1)
 def cells_of(text: str) -> Any:
     """Return a number of cells, or a pair: what "80" or "80x40" says, as a ``type`` of argparse."""
     try:
-        counts = [COUNT(part) for part in text.split("x")]
+        counts = [int(part) for part in text.split("x")]
     except ValueError:
         counts = []
     if len(counts) not in (1, 2):

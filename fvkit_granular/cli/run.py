@@ -21,7 +21,7 @@ from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build, model_and_grid, parsed
 from fvkit.output.figures import new_axes, save_all
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
-from fvkit.output.plots import KINDS, MAPS, checked_film, space_time
+from fvkit.output.plots import KINDS, MAPS, checked_film, line_of, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
 from fvkit_granular.cli.options import add_scheme_options, cells_of, checked, common_options, one_of, results_folder, scheme_of
@@ -151,7 +151,7 @@ def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace) -> No
         return
     if axes == 1:
         raise ValueError("--line is the line of a cut through a plane, and this scene has one axis: leave it out")
-    grid.cells_at(_ends(options), "--line")
+    line_of(grid, _ends(options), "--line")
 
 
 def _ends(options: argparse.Namespace) -> Any:

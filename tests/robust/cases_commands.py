@@ -1,6 +1,7 @@
 """Command lines that are mistakes: {(command, option): (what stands before, wrong values)}, and whole lines with their words."""
 
 RUN = ("run", "rest", "--cells", "10", "--backend", "numpy")
+PLANE = ("run", "vortex", "--model", "shallow-water", "--cells", "10", "--backend", "numpy")
 COMPARE = ("compare", "rest", "--cells", "10", "--repeats", "1", "--backend", "numpy")
 BENCH = ("bench", "--cells", "10", "--plane", "10", "--backends", "numpy", "--repeats", "1", "--orders", "1")
 STRESS = ("stress", "toe", "--backends", "numpy", "--workers", "1")
@@ -23,6 +24,8 @@ OPTIONS = {
     **{("run", name): (RUN, NAMES) for name in ("--model", "--method", "--riemann", "--limiter", "--reconstruction", "--integrator", "--backend",
                                                 "--plot", "--animate")},
     ("run", "--out"): (RUN, FOLDERS),
+    ("run", "--line"): (PLANE, ("0", ("0", "0", "0.1"), ("0", "0", "9", "0"), ("ten", "0", "0", "0"), ("nan", "0", "0", "0"), ("0", "0", "0", "inf"),
+                                ("0", "0", "0", "0"))),
     **{("compare", name): (COMPARE, COUNTS) for name in ("--cells", "--repeats", "--order")},
     ("compare", "--seconds"): (COMPARE, TIMES), ("compare", "--cfl"): (COMPARE, (*TIMES, "1.01")),
     **{("compare", name): (COMPARE, NAMES) for name in ("--models", "--method", "--riemann", "--limiter", "--reconstruction", "--integrator",
@@ -30,7 +33,7 @@ OPTIONS = {
     ("compare", "--plot-axes"): (COMPARE, ("steps", ("steps", "nonsense"), ("", "steps"), ("steps", "steps", "steps"))),
     ("compare", "--out"): (COMPARE, FOLDERS),
     ("bench", "--cells"): (BENCH, (*COUNTS, "9")), ("bench", "--orders"): (BENCH, (*COUNTS, "3")), ("bench", "--repeats"): (BENCH, COUNTS),
-    ("bench", "--backends"): (BENCH, NAMES), ("bench", "--out"): (BENCH, FOLDERS),
+    ("bench", "--plane"): (BENCH, (*COUNTS, "9")), ("bench", "--backends"): (BENCH, NAMES), ("bench", "--out"): (BENCH, FOLDERS),
     ("stress", "--workers"): (STRESS, COUNTS), ("stress", "--full"): (("stress",), ()),
     **{("stress", name): (STRESS, NAMES) for name in ("--scenes", "--backends")},
     ("stress", "--out"): (STRESS, FOLDERS),
