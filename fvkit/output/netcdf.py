@@ -157,12 +157,24 @@ class Writer:
         self._add("time", ("time",), TIME, chunks=(512,))
         for name, (dims, values, attributes) in coordinates(grid).items():
             self._add(name, dims, attributes)[:] = values
+        mapping = self._map(kept)
         for field in self._layout:
             chunks = {"chunks": (1, *grid.shape)} if "time" in field.dims else {}
-            variable = self._add(field.name, field.dims, field.attributes, **chunks)
+            variable = self._add(field.name, field.dims, field.attributes | mapping, **chunks)
             if field.role == "given":
                 variable[:] = self._aux[field.original]
         self._attributes(kept)
+
+    def _map(self, kept: Mapping[str, Any]) -> dict[str, str]:
+        """Write the coordinate reference system that the configuration names, and return the attribute that refers to it."""
+        crs = kept.get("crs")
+        if crs is None or len(self._grid.axes) != 2:
+            return {}
+        x, y = self._grid.axes
+        self._file.create_variable("crs", (), "i4").attrs.update({
+            "long_name": "coordinate reference system", "crs_wkt": crs, "spatial_ref": crs,
+            "GeoTransform": f"{x.lower!r} {x.dx!r} 0 {y.lower!r} 0 {y.dx!r}"})
+        return {"grid_mapping": "crs"}
 
     def _check(self) -> None:
         """Raise the stored write error of the file, if there is one."""

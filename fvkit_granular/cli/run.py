@@ -77,6 +77,8 @@ def register(commands: Any) -> None:
                           f"every run writes {', '.join(MAPS)}")
     run.add_argument("--rasters", choices=("asc", "tif"), default="asc",
                      help="format of the rasters of a scene on a terrain (tif: GeoTIFF, extra geo; default asc: ESRI ASCII)")
+    run.add_argument("--netcdf", action="store_true",
+                     help="write solution.nc too, CF netCDF with the CRS of the terrain (extra io)")
     run.add_argument("--line", type=float, nargs=4, metavar=("X0", "Y0", "X1", "Y1"),
                      help="with two axes the ends of the line of cut.png, m (default: along x through the middle)")
     run.add_argument("--animate", metavar="NAME",
@@ -205,7 +207,10 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     written += [] if recorded is None else recorded.files
     earlier = _earlier(folder)
     solution.configuration[FILES] = written
-    solution.save(folder / written[0])
+    if recorded is not None and recorded.scene.terrain is not None:
+        solution.configuration["crs"] = recorded.scene.terrain.crs
+    for file in written[:2 if options.netcdf else 1]:
+        solution.save(folder / file)
     save_all(folder, {f"{picture}.png": draw(solution) for picture, draw in pictures.items()})
     if options.animate is not None:
         film = folder / checked_film(options.animate)
@@ -257,7 +262,8 @@ def _pictures(axes: int, options: argparse.Namespace) -> dict[str, Callable[[Sol
 def _written(axes: int, options: argparse.Namespace) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
-    return ["solution.npz", *(f"{picture}.png" for picture in _pictures(axes, options)), *films]
+    solutions = ["solution.npz", *(["solution.nc"] if options.netcdf else [])]
+    return [*solutions, *(f"{picture}.png" for picture in _pictures(axes, options)), *films]
 
 
 def _succeeded(folder: Path) -> bool:
