@@ -19,11 +19,12 @@ from fvkit_granular.cli.options import COUNT, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.toml.read import SUFFIX
 from fvkit_granular.scenes.toml.table import read_toml
+from fvkit_granular.studies.hazard_sweep import HazardRun, exceeded, write_exceeded
 from fvkit_granular.studies.scene_run import SceneRun
 
 #: Keys of a file; those without a default must be there.
 DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": None, "scheme": {}, "samples": "latin-hypercube", "members": 100,
-                            "seed": 0, "outputs": None, "backend": "auto"}
+                            "seed": 0, "outputs": None, "thresholds": None, "backend": "auto"}
 
 #: What is kept where the file does not say, by the number of axes.
 OUTPUTS = {1: ["max.h", "front.h"], 2: ["max.h", "mean.h"]}
@@ -58,14 +59,18 @@ EXAMPLE = """  scene = "debris-slope"
 
 def _sweep(options: argparse.Namespace) -> int:
     run, keep, samples = read(options.file)
+    on_terrain = run if isinstance(run, HazardRun) else None
     folder = options.out or Path(f"fvkit-sweep-{options.file.stem}")
     usable_folder(folder, "--out", ("sweep.csv", "sweep.nc"))
     with _executor(options.dask) as executor:
         result, stopped = done_so_far(partial(sweep, run, samples, executor, workers=options.workers, keep=keep,
                                               folder=folder / "members", progress=sys.stderr.isatty()))
     written = ["members/", result.save(folder / "sweep.csv").name, *_netcdf(result, folder)]
-    remove(folder, ("sweep.nc",), but=written)
     count = int(result.finished.sum())
+    if on_terrain is not None and count:
+        scene = on_terrain.run.scene_of(samples[0])
+        written += write_exceeded(folder, scene, exceeded(result, on_terrain.thresholds))
+    remove(folder, ("sweep.nc",), but=written)
     print(f"{options.file.name}: {count} of {len(samples)} members finished, {result.elapsed:.3g} s")
     for name, values in result.table.items():
         if name in result.outputs and count:
@@ -101,7 +106,7 @@ def _executor(address: str | None) -> Iterator[Executor | None]:
         yield client.get_executor()
 
 
-def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
+def read(path: Path) -> tuple[SceneRun | HazardRun, Keep, Samples]:
     """Return what a file says: run, outputs and samples, checked on the first member.
 
     Raises
@@ -124,10 +129,21 @@ def read(path: Path) -> tuple[SceneRun, Keep, Samples]:
         problem, scheme = run.setup(samples[0])
         if scheme is not None:
             check_axes(scheme, problem.grid)
+        if plan["thresholds"] is not None:
+            return _hazard(run, samples, plan), Keep(), samples
         axes = len(problem.grid.axes)
         keep = Keep(OUTPUTS[axes] if plan["outputs"] is None else plan["outputs"])
         keep.check(observables(problem.model, problem.grid, problem.q0, problem.aux_averages), axes)
     return run, keep, samples
+
+
+def _hazard(run: SceneRun, samples: Samples, plan: dict[str, Any]) -> HazardRun:
+    """Return the run that keeps hazard maps; ValueError without a terrain, or with outputs as well."""
+    if run.scene_of(samples[0]).terrain is None:
+        raise ValueError("`thresholds` need a scene on a terrain: keep `outputs` such as [\"max.h\"]")
+    if plan["outputs"] is not None:
+        raise ValueError("`outputs` and `thresholds` exclude each other: a sweep keeps numbers of the end, or hazard maps")
+    return HazardRun(run, plan["thresholds"])
 
 
 def _flat(parameters: Any, prefix: str = "") -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """`Scene`: physics without numerics, and the reference that it is measured against."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import attrs
@@ -15,10 +15,11 @@ from fvkit.problem.side import four_sides
 from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
 from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
+from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.mountain import GAPS, ReleasedFlow, check_release, corners, ground, outlet
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
-from fvkit_granular.scenes.slope import needs_steep, warn_of_steep_ground, within_reach
+from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -51,6 +52,10 @@ def _interval(value: Any, name: str) -> Any:
                         f"{validation.shown(value)}")
     along = zip(NAMES, zip(*given, strict=True), strict=True)
     return tuple(zip(*(validation.interval(ends, f"{name}` along `{axis}") for axis, ends in along), strict=True))
+
+
+#: Cells on which a scene without a terrain looks at its slopes, by the number of axes.
+DECIDING = {1: 400, 2: 100}
 
 
 def _nothing(x: np.ndarray, y: np.ndarray) -> dict[str, Any]:
@@ -186,18 +191,30 @@ class Scene:
         lower, upper = self.interval
         return Grid(lower, upper, tuple(cells) if isinstance(cells, list) else cells)
 
+    @cached_property
+    def equations(self) -> str:
+        """The equations of a model that is given as a class, "mild" or "steep".
+
+        Those of ``slope``; for "auto" the steep ones where the flow may reach ground steeper than 10 degrees, on the grid of the
+        terrain, else on 400 cells, or 100 x 100.
+        """
+        if self.slope != "auto":
+            return self.slope
+        grid = self.grid(None if self.terrain is not None else DECIDING[len(self.axes)])
+        return "steep" if needs_steep(within_reach(self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid), self.g)) else "mild"
+
     def model(self, model: Any) -> Model:
-        """Return ``model`` if it is an instance; a class gets the scene's g and gamma."""
+        """Return ``model`` if it is an instance; a class gets the scene's g and gamma, and its `equations`."""
         if isinstance(model, type) and issubclass(model, Model):
             physics = {name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")}
-            return model(**physics, **({"slope": "steep"} if self.slope == "steep" and issubclass(model, ShallowFlow) else {}))
+            return model(**physics, **({"slope": self.equations} if issubclass(model, ShallowFlow) else {}))
         return validation.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
 
     def problem(self, model: Any, cells: Any = None) -> Problem:
-        """Return the problem for ``model`` (instance, or class that then gets g and gamma) on ``cells`` cells, see `grid`.
+        """Return the problem for ``model`` (instance, or class, see `model`) on ``cells`` cells, see `grid`.
 
-        A class gets the equations for steep ground where the flow may reach ground steeper than 10 degrees and ``slope`` is
-        "auto". Those for mild slopes warn (`SteepSlopeWarning`) above 15 degrees, see `fvkit_granular.scenes.slope`.
+        Warns (`SteepSlopeWarning`) where the flow may reach ground above 15 degrees with the equations for mild slopes, see
+        `fvkit_granular.scenes.slope`.
         """
         chosen = self.model(model)
         if not callable(getattr(chosen, "conserved_from", None)):
@@ -210,20 +227,19 @@ class Scene:
         if self.terrain is not None and grid != self.terrain.grid:
             raise ValueError(f"`cells` must be those of the terrain, {self.terrain.grid.described}, got {grid.described}: read "
                              "it with another `cell`, gr.read_terrain(path, cell=10.0)")
-        sources = tuple(source for source in self.sources if len(chosen.phases) > 1 or not source.between_phases)
+        result = self._problem(chosen, grid)
+        self._refuse_gaps(grid)
+        if not steep_equations(chosen):
+            warn_of_steep_ground(within_reach(result, self.g))
+        return result
+
+    def _problem(self, model: Any, grid: Grid) -> Problem:
+        """Return the problem of a model on a grid."""
+        sources = tuple(source for source in self.sources if len(model.phases) > 1 or not source.between_phases)
         if self.terrain is not None:
             sources += outlet(self.terrain, self.gaps)
-        result = Problem(chosen, grid, conserved(chosen, self.initial, self.height), self.t_end,
-                         aux={"b": self.bottom} if "b" in chosen.aux else {}, boundary=self.boundary, sources=sources)
-        self._refuse_gaps(grid)
-        if getattr(chosen, "slope", "steep") == "steep":
-            return result
-        slope = within_reach(result, self.g)
-        if isinstance(model, type) and self.slope == "auto" and needs_steep(slope):
-            steep: Any = result.model
-            return attrs.evolve(result, model=attrs.evolve(steep, slope="steep"))
-        warn_of_steep_ground(slope)
-        return result
+        return Problem(model, grid, conserved(model, self.initial, self.height), self.t_end,
+                       aux={"b": self.bottom} if "b" in model.aux else {}, boundary=self.boundary, sources=sources)
 
     def _refuse_gaps(self, grid: Grid) -> None:
         b = self.height(*np.meshgrid(*(axis.centers for axis in grid.axes)))

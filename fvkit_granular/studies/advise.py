@@ -8,7 +8,7 @@ import numpy as np
 from fvkit import Outflow, Periodic, Problem, Wall, validation
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import is_steep, needs_steep, sentence, within_reach
+from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
 from fvkit_granular.sources.drag import ConstantDrag, Drag
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction
 from fvkit_granular.studies.grid_error_estimate import MOST, resolution
@@ -169,7 +169,7 @@ def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
         (differ and numbers.froude > FAST, f"a flow that starts with a Froude number above {FAST:g}"),
         (differ and not LIGHT <= scene.gamma <= HEAVY, f"a density ratio gamma outside {LIGHT:g} to {HEAVY:g}"),
     ]
-    steep = scene.slope == "steep" or (scene.slope == "auto" and needs_steep(slope))
+    steep = scene.equations == "steep"
     ground = f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees"
     beyond.append((steep and differ, f"{ground}: runs take the equations for steep ground"))
     rougher = [(is_steep(slope) and not steep, f"{sentence(slope)}, which slope=\"steep\" removes"),

@@ -105,10 +105,15 @@ class SceneRun:
         scene = self._scene(left)
         model = self._model(scene, left)
         scheme = _changed_scheme(self.scheme, model, left)
-        cells = left.pop("cells", CELLS[len(scene.axes)] if self.cells is None else self.cells)
+        own = None if scene.terrain is not None else CELLS[len(scene.axes)]
+        cells = left.pop("cells", own if self.cells is None else self.cells)
         if left:
             validation.choice(next(iter(left)), "parameter", self.names(scene, model))
         return scene.problem(model, cells), scheme
+
+    def scene_of(self, parameters: Mapping[str, Any]) -> Scene:
+        """Return the scene for parameters by name, those of model, scheme and cells among them."""
+        return self._scene(dict(parameters))
 
     def names(self, scene: Scene, model: Model) -> list[str]:
         """Return the parameters that a call may have, without those of the scheme."""
