@@ -22,6 +22,7 @@ from fvkit_granular.scenes.slope import SteepSlopeWarning
 from fvkit_granular.scenes.toml.read import load_scene
 from fvkit_granular.scenes.toml.write import scene_text
 from fvkit_granular.scenes.watch import Watch
+from fvkit_granular.sources.curvature import Curvature
 from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Manning, Voellmy
 from fvkit_granular.sources.rain import Drain, Rain
@@ -40,12 +41,12 @@ if TYPE_CHECKING:
     from fvkit_granular.terrain.maps import draw_map
 
 __all__ = [
-    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Drag", "Drain", "FixedLevel", "Front", "FunctionReference",
-    "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "OutlineScore", "PitmanLe", "PitmanLeDrag",
-    "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged", "ShallowWater",
-    "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "Watch",
-    "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene", "plots", "read_hydrograph", "read_release",
-    "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
+    "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Curvature", "Drag", "Drain", "FixedLevel", "Front",
+    "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "OutlineScore", "PitmanLe",
+    "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged",
+    "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag",
+    "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene", "plots", "read_hydrograph",
+    "read_release", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]
 
 

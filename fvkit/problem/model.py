@@ -67,6 +67,8 @@ class Model(Part, ABC):
     scans: ClassVar[bool] = False
     #: Rows of aux values that hold the slopes of the bottom along a sweep and across it, see `fvkit.problem.relief`.
     slope_rows: ClassVar[tuple[int, ...]] = ()
+    #: Rows that hold the second derivatives of the bottom, where a source bends the flow.
+    bend_rows: ClassVar[tuple[int, ...]] = ()
     #: Which of the methods that may take aux values do; decided when the class is made.
     takes_aux: ClassVar[frozenset[str]] = frozenset()
 
@@ -222,8 +224,11 @@ class Model(Part, ABC):
         """Return the equations over a bottom of slope s, ``steepness`` = 1 + s^2; asked only where `relief` names a bottom."""
         raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_slope`")
 
-    def on_bed(self, root: Any) -> Any:
-        """Return the equations as sources see them on a bottom of slope s, ``root`` = sqrt(1 + s^2): depth, load normal to it."""
+    def on_bed(self, root: Any, turning: tuple[Any, ...] = ()) -> Any:
+        """Return the equations as sources see them on a bottom of slope s, ``root`` = sqrt(1 + s^2): depth, load normal to it.
+
+        ``turning`` holds u . Hess(b) u of each phase, m/s^2, or nothing; so much of it as counts is the field ``turning``.
+        """
         return self
 
     @default

@@ -149,7 +149,8 @@ class Problem:
             tuple(sections(self.boundary[2 * along.number + k], k == 0, along, self.grid, self.aux_averages) for k in (0, 1))
             for along in self.directions))
         ground = self.model.relief()
-        slopes = () if ground is None else (Slopes(self.aux_averages[ground], self.grid),)
+        bends = any(source.bends for source in self.sources)
+        slopes = () if ground is None else (Slopes(self.aux_averages[ground], self.grid, bends),)
         self._set("fields", slopes + varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
         self._check_contract()
 

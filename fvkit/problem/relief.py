@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit.pointwise import combine
+from fvkit.pointwise import TINY, combine
 from fvkit.problem.fields import seen_as
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
@@ -30,10 +30,13 @@ class Slopes:
     ----------
     values : cell averages, of the shape of the grid.
     grid : the cells.
+    bends : whether second derivatives stand behind the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of values that are averaged
+        over four cells along each axis, since those of a raster are noise.
     """
 
     values: np.ndarray
     grid: Grid
+    bends: bool = False
     source: ClassVar[None] = None
     position: ClassVar[int] = -1
     name: ClassVar[str] = "slope"
@@ -43,13 +46,37 @@ class Slopes:
 
     @property
     def size(self) -> int:
-        """The number of rows, one for each axis."""
-        return len(self.grid.axes)
+        """The number of rows."""
+        return len(self.grid.axes) + (len(SECOND[len(self.grid.axes)]) if self.bends else 0)
 
     def at(self, t: float) -> np.ndarray:
-        """Return the slopes along each axis, (axes, *grid.shape)."""
+        """Return the slopes along each axis, and second derivatives behind them, (size, *grid.shape)."""
         axes = self.grid.axes
-        return np.array([_limited(self.values, len(axes) - 1 - k, axis.dx) for k, axis in enumerate(axes)])
+        rows = [_limited(self.values, len(axes) - 1 - k, axis.dx) for k, axis in enumerate(axes)]
+        if self.bends:
+            smooth, last = _averaged(self.values), len(axes) - 1
+            first = [_derivative(smooth, last - k, axis.dx) for k, axis in enumerate(axes)]
+            rows += [_derivative(first[i], last - j, axes[j].dx) for i, j in SECOND[len(axes)]]
+        return np.array(rows)
+
+
+#: Axes of the second derivatives, by the number of axes.
+SECOND = {1: ((0, 0),), 2: ((0, 0), (0, 1), (1, 1))}
+
+
+def _averaged(values: np.ndarray) -> np.ndarray:
+    """Cell averages with the weights 1/4, 1/2, 1/4 along each axis."""
+    for axis in range(values.ndim):
+        edges = [(1, 1) if k == axis else (0, 0) for k in range(values.ndim)]
+        behind, ahead = (np.pad(values, edges, mode="reflect" if values.shape[axis] > 1 else "edge").take(
+            range(first, first + values.shape[axis]), axis=axis) for first in (0, 2))
+        values = 0.5 * values + 0.25 * (behind + ahead)
+    return values
+
+
+def _derivative(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
+    """The central difference along an array axis, one-sided at the ends."""
+    return np.asarray(np.gradient(values, dx, axis=axis)) if values.shape[axis] > 1 else np.zeros(values.shape)
 
 
 def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
@@ -64,7 +91,7 @@ def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
     return np.asarray(np.where(product > 0.0, product * (behind + ahead) / np.where(squares > 0.0, squares, 1.0), 0.0))
 
 
-def over_slopes(model: Any, axes: int, number: int) -> Any:
+def over_slopes(model: Any, axes: int, number: int, bends: bool) -> Any:
     """Return a model that finds the slopes of its bottom behind its own aux values.
 
     Parameters
@@ -72,20 +99,23 @@ def over_slopes(model: Any, axes: int, number: int) -> Any:
     model : the equations; its `Model.relief` names the aux function.
     axes : number of axes of the grid.
     number : of the axis of the sweep.
+    bends : whether second derivatives stand behind the slopes.
     """
     kind: Any = type(model)
-    return seen_as(model, _over_slopes(kind, axes, number), {})
+    return seen_as(model, _over_slopes(kind, axes, number, bends), {})
 
 
 @lru_cache(maxsize=64)
-def _over_slopes(kind: Any, axes: int, number: int) -> Any:
+def _over_slopes(kind: Any, axes: int, number: int, bends: bool) -> Any:
     own = len(kind.aux)
+    second = tuple(own + axes + k for k in range(len(SECOND[axes])))
 
     class OverSlopes(kind):
         """See `over_slopes`."""
 
-        aux = (*kind.aux, *("slope along x", "slope along y")[:axes])
+        aux = (*kind.aux, *("slope along x", "slope along y")[:axes], *(f"second derivative {row}" for row in second if bends))
         slope_rows = (own,) if axes == 1 else (own + number, own + 1 - number)
+        bend_rows = (second if number == 0 else second[::-1]) if bends else ()
 
     def answering(name: str, places: tuple[int, ...], drops: bool) -> Callable[..., Any]:
         def method(self: Any, *arguments: Any) -> Any:
@@ -109,6 +139,34 @@ def slopes_at(model, aux):
     """Return the slopes of the bottom along the sweep and across it; () without relief, and where it is level everywhere."""
     slopes = tuple([aux[row] for row in model.slope_rows])
     return () if all(type(slope) is float and slope == 0.0 for slope in slopes) else slopes
+
+
+def turnings(model, before, after, aux):
+    """Return u . Hess(b) u of each phase, m/s^2, with its mean velocity u of two states: how much a curved bottom turns it.
+
+    () where nothing bends.
+    """
+    second, own, result = [aux[row] for row in model.bend_rows], len(model.conserved), []
+    if not second:
+        return ()
+    for k, phase in enumerate(model.phases):
+        row, rows = phase.masses[-1], (phase.momentum, own + k)[:1 if len(before) == own else 2]
+        u = [(before[place] + after[place]) / (before[row] + after[row] + TINY) for place in rows]
+        if len(u) == 1:
+            result.append(second[0] * u[0] * u[0])
+        else:
+            result.append(second[0] * u[0] * u[0] + 2.0 * second[1] * u[0] * u[1] + second[2] * u[1] * u[1])
+    return tuple(result)
+
+
+def turned_aside(model, state, slopes, root, turning, dt):
+    """Return a stretched state after dt of the force of a curved bottom, -turning/root times its slopes, on each phase."""
+    result, own = list(state), len(model.conserved)
+    for k, (phase, much) in enumerate(zip(model.phases, turning, strict=True)):
+        push = dt * state[phase.masses[-1]] * much / root
+        for row, slope in zip((phase.momentum, own + k)[:1 if len(state) == own else 2], slopes, strict=False):
+            result[row] = result[row] - push * slope
+    return tuple(result)
 
 
 def stretching(slopes):

@@ -12,7 +12,7 @@ from fvkit.pointwise.part import Part, default
 from fvkit.problem.fields import is_number
 from fvkit.problem.model import Model
 from fvkit.problem.questions import SOURCE
-from fvkit.problem.relief import slopes_at, stretched, stretching, unstretched
+from fvkit.problem.relief import slopes_at, stretched, stretching, turned_aside, turnings, unstretched
 from fvkit.problem.turned import driven_in_plane, turned
 
 
@@ -43,7 +43,8 @@ class Source(Part, ABC):
        one-dimensional states, turned. ``turns = False`` says that it takes the state with the momenta along both axes, as it is.
     10. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
     11. ``acts_in()`` returns the numbers of the cells in which alone it does anything, None for all: with two axes that saves
-        time, and idle ground stays idle. ``wets = False`` says that it brings no mass to dry ground.
+        time, and idle ground stays idle. ``wets = False`` says that it brings no mass to dry ground. ``bends = True``
+        says that it needs the second derivatives of a bottom with relief.
     """
 
     questions = SOURCE
@@ -51,6 +52,7 @@ class Source(Part, ABC):
     static: ClassVar[bool] = False
     turns: ClassVar[bool] = True
     wets: ClassVar[bool] = True
+    bends: ClassVar[bool] = False
 
     def check(self, model: Model) -> None:
         """Raise ValueError, with the reason, if this source cannot act on ``model``."""
@@ -149,10 +151,12 @@ def acted(sources, model, before, after, bearing, aux, dt):
     slopes = slopes_at(model, aux)
     if not slopes:
         return acted_on_map(sources, model, before, after, bearing, aux, dt)
-    root = np.sqrt(stretching(slopes))
+    root, turning = np.sqrt(stretching(slopes)), turnings(model, before, after, aux)
     before, after = (stretched(model, state, slopes, root) for state in (before, after))
-    end = acted_on_map(sources, model.on_bed(root), before, after, bearing, aux, dt)
-    return unstretched(model, end, slopes, root)
+    bed = model.on_bed(root, turning)
+    if turning:
+        after = turned_aside(model, after, slopes, root, bed.turning, dt)
+    return unstretched(model, acted_on_map(sources, bed, before, after, bearing, aux, dt), slopes, root)
 
 
 def acted_on_map(sources, model, before, after, bearing, aux, dt):

@@ -57,8 +57,8 @@ class ShallowFlow(Model, ABC):
         given: Any = self
         return seen_as(self, type(self), {"g": given.g / steepness})
 
-    def on_bed(self, root: Any) -> Any:
-        return OnBed(self, 1.0 / root)
+    def on_bed(self, root: Any, turning: tuple[Any, ...] = ()) -> Any:
+        return OnBed(self, 1.0 / root, turning)
 
     def resolved(self, q0: np.ndarray) -> Self:
         return resolved(self, q0)

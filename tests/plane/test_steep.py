@@ -168,3 +168,84 @@ def test_what_does_not_see_the_slopes_is_refused():
     with pytest.raises(ValueError, match="rates of sources on the map"):
         fv.rhs(fv.Problem(**options, sources=gr.Manning(0.03)))
     assert np.isfinite(fv.rhs(fv.Problem(**options))(0.0, fv.Problem(**options).q0)).all()
+
+
+class RoundValley:
+    """A round valley, radius 60 m, with straight flanks of 40 degrees: a point that slides across it, and a thin layer."""
+
+    radius, angle = 60.0, np.radians(40.0)
+    start = -radius * np.sin(angle)
+
+    def bottom(self, x):
+        inside = np.minimum(np.abs(x), -self.start)
+        return self.radius - np.sqrt(self.radius**2 - inside**2) + np.maximum(np.abs(x) + self.start, 0.0) * np.tan(self.angle)
+
+    def point(self, nu, curved):
+        """Run-out and largest speed along x of a point that starts at rest at the upper end of the round part."""
+        def rate(t, y):
+            x, v = y
+            inside = abs(x) < -self.start
+            root = np.sqrt(self.radius**2 - x * x) if inside else 1.0
+            s, bend = (x / root, self.radius**2 / root**3) if inside else (np.sign(x) * np.tan(self.angle), 0.0)
+            c = 1.0 / np.sqrt(1.0 + s * s)
+            load = G + curved * bend * v * v
+            return [v, -c * c * s * load - nu * load * c * v / np.sqrt(v * v * (1.0 + s * s) + 1e-30)]
+
+        def rests(t, y):
+            return y[1] - 1e-3 if t > 1.0 else 1.0
+
+        rests.terminal = True
+        path = solve_ivp(rate, (0.0, 30.0), (self.start, 0.01), rtol=1e-9, atol=1e-10, events=rests, max_step=0.01).y
+        return path[0, -1] - self.start, path[1].max()
+
+
+@pytest.mark.parametrize("curved", [True, False])
+def test_a_block_in_a_round_valley(curved, backend):
+    valley, nu, track = RoundValley(), 0.25, []
+    model, grid = gr.ShallowWater(slope="steep"), fv.Grid(-45.0, 15.0, 300)
+    sources = (gr.Curvature(),) * curved + (gr.CoulombFriction(nu),)
+    problem = fv.Problem(model, grid, lambda x: model.conserved_from(np.where(np.abs(x - valley.start) < 1.0, 0.01, 0.0)), 12.0,
+                         aux={"b": valley.bottom}, sources=sources)
+    fv.solve(problem, backend=backend, observers=lambda stepper: track.append(
+        [(stepper.q[0] * grid.centers).sum() / stepper.q[0].sum(), stepper.q[1].sum() / stepper.q[0].sum()]))
+    track = np.array(track)
+    reach, fastest = valley.point(nu, curved)
+    assert track[-1, 0] - valley.start == pytest.approx(reach, abs=0.8)  # a layer spreads; 44.2 m with curvature in friction alone
+    assert track[:, 1].max() == pytest.approx(fastest, rel=0.015)
+    assert valley.point(nu, True)[1] > 1.05 * valley.point(nu, False)[1]
+
+
+@pytest.mark.parametrize("kind", [gr.ShallowWater, gr.TwoPhase])
+def test_curvature_along_a_turned_valley(kind):
+    """A cylinder along the diagonal: as along an axis, to the error of the grid."""
+    model, speeds = kind(slope="steep"), []
+    for turned in (False, True):
+        def across(x, y, turned=turned):
+            return (x + y) / np.sqrt(2.0) if turned else x
+
+        h = 0.2
+        problem = fv.Problem(model, fv.Grid((-20.0, -20.0), (20.0, 20.0), (40, 40)),
+                             lambda x, y, model=model, h=h: in_plane(model, *(model.conserved_from(h + 0.0 * (x + y), 0.5),) * 2), 1.0,
+                             aux={"b": lambda x, y, across=across: 0.02 * across(x, y) ** 2}, boundary=gr.UniformSlope(),
+                             sources=(gr.Curvature(), gr.CoulombFriction(0.1)))
+        seen = fv.solve(problem, backend="numpy", nonhyperbolic="ignore").observables()
+        speed = seen["speed" if "speed" in seen else "speed_s"]
+        u = across(*np.meshgrid(*(axis.centers for axis in problem.grid.axes)))
+        x, y = np.meshgrid(*(axis.centers for axis in problem.grid.axes))
+        middle = (np.abs(x) < 10.0) & (np.abs(y) < 10.0)
+        speeds.append(np.interp(7.0, *zip(*sorted(zip(u[middle], speed[middle], strict=True)), strict=True)))
+    assert speeds[1] == pytest.approx(speeds[0], rel=0.01)
+
+
+def test_curvature_needs_steep_ground():
+    with pytest.raises(ValueError, match="Curvature needs the equations for steep ground"):
+        fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 5), lambda x: [1.0 + x, 0.0 * x], 0.1, sources=gr.Curvature())
+
+
+def test_second_derivatives_of_a_paraboloid():
+    grid = fv.Grid((0.0, 0.0), (10.0, 8.0), (20, 16))
+    x, y = np.meshgrid(grid.axes[0].centers, grid.axes[1].centers)
+    rows = Slopes(0.5 * x * x + 0.3 * x * y - 0.2 * y * y, grid, True).at(0.0)
+    inner = (slice(3, -3), slice(3, -3))
+    for row, value in zip(rows[2:], (1.0, 0.3, -0.4), strict=True):
+        np.testing.assert_allclose(row[inner], value, atol=1e-12)

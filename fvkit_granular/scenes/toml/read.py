@@ -19,6 +19,7 @@ from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, Built
 from fvkit_granular.scenes.toml.table import Table, read_toml
 from fvkit_granular.scenes.toml.terrain import hydrographs_of, release_of, terrain_of, with_rasters
 from fvkit_granular.scenes.watch import Watch
+from fvkit_granular.sources.curvature import Curvature
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
 from fvkit_granular.terrain.terrain import Terrain
@@ -31,7 +32,7 @@ SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that e
 BOUNDARIES: dict[str, type] = {"outflow": Outflow, "wall": Wall, "periodic": Periodic, "inflow": GivenFlow,
                                "hydrograph": Hydrograph, "fixed-level": FixedLevel, "uniform-slope": UniformSlope}
 SOURCES: dict[str, type] = {"constant-drag": ConstantDrag, "velocity-drag": VelocityDrag, "pitman-le-drag": PitmanLeDrag,
-                            "coulomb": CoulombFriction, "voellmy": Voellmy, "manning": Manning}
+                            "coulomb": CoulombFriction, "voellmy": Voellmy, "manning": Manning, "curvature": Curvature}
 
 
 #: Sides of a scene with two axes, and the type of a part of one, which has conditions of its own.
