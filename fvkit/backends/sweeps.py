@@ -188,7 +188,7 @@ class PlaneKernel(StepwiseKernel):
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
-        self._places = [_indices(cells, problem.grid.shape) for cells in places]
+        self._places = [None if cells is None else self._padded_numbers(cells) for cells in places]
         self._work = self.padded(problem.q0)
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             sweep.prepare(given, threads)
@@ -198,6 +198,7 @@ class PlaneKernel(StepwiseKernel):
         """Lay out the given functions, the fields of sources and, for each axis, what acts across it."""
         own, model = len(problem.model.aux), problem.model
         more = sum(field.size for field in problem.fields)
+        self._known = own + more
         pulls = 3 * self.parts.across if self.joint else 0
         ny, nx = problem.grid.shape
         shape = (ny + 2 * self.halo, nx + 2 * self.halo)
@@ -251,10 +252,14 @@ class PlaneKernel(StepwiseKernel):
         if not self.steady_fields:
             self.set_fields(middle)
         start, between = march.now, self._work
+        kept: list[tuple[Any, np.ndarray]] = []
         if self.parts.beside and splitting.before > 0.0:
-            self.inside(march.next)[:] = self.inside(start)
-            start = march.next
+            if not self._few:
+                self.inside(march.next)[:] = self.inside(start)
+                start = march.next
             for source, where in zip(self.parts.beside, self._places, strict=True):
+                if self._few:
+                    kept.append((where, self._cells(start, where)))
                 self._act(source, start, splitting.before * dt, brought, where)
         first.fill(start, middle)
         self._look_round(start)
@@ -271,10 +276,11 @@ class PlaneKernel(StepwiseKernel):
         later = list(zip(self.parts.beside, self._places, strict=True))[::-1] if splitting.after > 0.0 else []
         few = second.settles and self._few
         other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
-        for source, where in later:
-            self._act(source, march.next, splitting.after * dt, brought, where)
+        for where, values in kept[::-1]:
+            self._put(march.now, where, values)
+        acted = [where for source, where in later if self._act(source, march.next, splitting.after * dt, brought, where)]
         good = not (few and other.bad)
-        for where in [where for _, where in later] if few else [EVERYWHERE]:
+        for where in acted if few else [None]:
             self._settle(march.next, where)
             good = good and self._good(march.next, where)
         scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
@@ -303,50 +309,59 @@ class PlaneKernel(StepwiseKernel):
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: tuple[Any, ...]) -> None:
-        """Let a source act on its cells for dt, and add what it makes of each mass to ``brought``."""
-        inside, sweep = self.inside(q)[where], self.sweeps[0]
-        aux = tuple(self.inside(self.given[0])[where])
-        places = [*sweep.rows, *sweep.direction.across] if source.turns and self.parts.across else list(range(len(inside)))
+    def _padded_numbers(self, cells: np.ndarray) -> np.ndarray:
+        """Return the numbers of cells in padded arrays, from those in arrays of cells."""
+        rows, columns = np.unravel_index(cells, self.problem.grid.shape)
+        return np.asarray((rows + self.halo) * (self.problem.grid.shape[1] + 2 * self.halo) + columns + self.halo)
+
+    def _cells(self, padded: np.ndarray, where: np.ndarray | None) -> np.ndarray:
+        """Return the values of cells, (rows, cells), a copy; a view of all of them, (rows, ny, nx), for None."""
+        return self.inside(padded) if where is None else padded.reshape(len(padded), -1).take(where, axis=1)
+
+    def _put(self, padded: np.ndarray, where: np.ndarray | None, values: Any) -> None:
+        """Write the values of cells."""
+        target = self.inside(padded) if where is None else padded.reshape(len(padded), -1)
+        for row, component in zip(target, values, strict=True):
+            row[... if where is None else where] = component
+
+    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: np.ndarray | None) -> bool:
+        """Let a source act on its cells for dt, add what it makes of each mass to ``brought``; tell whether it did anything."""
+        inside, sweep = self._cells(q, where), self.sweeps[0]
+        if where is not None and not source.wets and not inside.any():
+            return False
+        plane = source.turns and self.parts.across
+        places = [*sweep.rows, *sweep.direction.across] if plane else list(range(len(inside)))
+        aux = tuple(self._cells(self.given[0][:self._known], where))
         before = tuple(inside[row] for row in places)
-        if source.turns and self.parts.across:
+        if plane:
             after = turned(source, sweep.model, before, before, before,
                            lambda _, state: source.step(self.parts.model, state, aux, dt), along_only=not source.between_phases)
         else:
             after = source.step(self.parts.model, before, aux, dt)
-        rows = [places.index(row) for row in self.mass_rows]
-        for k, row in enumerate(rows):
+        for k, row in enumerate(map(places.index, self.mass_rows)):
             if after[row] is not before[row]:
                 brought[k] += np.add.reduce(after[row] - before[row], axis=None)
-        for place, component in zip(places, after, strict=True):
-            self.inside(q)[place][where[1:]] = component
+        self._put(q, where, [after[places.index(row)] for row in range(len(inside))])
+        return True
 
-    def _settle(self, q: np.ndarray, where: tuple[Any, ...]) -> None:
+    def _settle(self, q: np.ndarray, where: np.ndarray | None) -> None:
         """Let what is too thin to move lose its momenta."""
         if not self.problem.model.defines("settle"):
             return
-        inside = self.inside(q)[where]
+        inside = self._cells(q, where)
         for sweep in self.sweeps:
             for row, component in zip(sweep.rows, sweep.model.settle(tuple(inside[row] for row in sweep.rows)), strict=True):
                 inside[row] = component
-        self.inside(q)[where] = inside
+        if where is not None:
+            self._put(q, where, inside)
 
-    def _good(self, padded: np.ndarray, where: tuple[Any, ...]) -> bool:
+    def _good(self, padded: np.ndarray, where: np.ndarray | None) -> bool:
         """Whether a state is finite, without negative masses, and admissible."""
-        q = self.inside(padded)[where]
+        q = self._cells(padded, where)
         if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
             return False
         return all(bool(np.all(sweep.model.admissible(tuple(q[row] for row in sweep.rows))))
                    for sweep in self.sweeps if sweep.model.defines("admissible"))
-
-
-#: How arrays (rows, ny, nx) are indexed by all cells.
-EVERYWHERE = (slice(None),) * 3
-
-
-def _indices(cells: np.ndarray | None, shape: tuple[int, ...]) -> tuple[Any, ...]:
-    """Return how arrays (rows, ny, nx) are indexed by numbers of cells; None for all."""
-    return EVERYWHERE if cells is None else (slice(None), *np.unravel_index(cells, shape))
 
 
 def widened(found: Plan, halo: int) -> Plan:

@@ -21,14 +21,14 @@ def spring(kind, model, n=48):
     where[20:23, 3:6] = 0.2
     return fv.Problem(model, grid, np.zeros((3 * len(model.phases), *grid.shape)), 4.0,
                       aux={"b": lambda x, y: 20.0 - 0.2 * x + 0.0 * y}, boundary=CLOSED,
-                      sources=(kind(where, phi=0.4), gr.CoulombFriction(0.1)))
+                      sources=(kind(where, phi=0.4), gr.CoulombFriction(0.1), *((gr.ConstantDrag(1e3),) * (len(model.phases) - 1))))
 
 
 @pytest.mark.parametrize("model", [gr.ShallowWater(), gr.TwoPhase()])
 def test_rain_in_a_few_cells_is_rain_everywhere(model, backend):
     runs = [fv.solve(spring(kind, model), backend=backend, nonhyperbolic="ignore", step=fv.Step(dt_initial=0.1))
             for kind in (gr.Rain, Everywhere)]
-    np.testing.assert_allclose(runs[0].q[-1], runs[1].q[-1], rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(runs[0].q[-1], runs[1].q[-1], rtol=1e-11, atol=1e-11)
     fell = 9 * 0.2 * 4.0 * runs[0].grid.cell_volume
     assert sum(runs[0].stats.entered_by_sources.values()) == pytest.approx(fell, rel=1e-12)
     assert runs[0].q[-1, 0].sum() > 0.0
