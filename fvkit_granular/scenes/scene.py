@@ -112,7 +112,7 @@ class Scene:
             (x0, x1), (y0, y1) = self.ends
             cells = along, max(1, round(along * (y1 - y0) / (x1 - x0)))
         elif len(self.axes) == 1 and isinstance(cells, (tuple, list)):
-            raise TypeError(f"`cells` must be a number for a scene with one axis, got {validation.shown(cells)}")
+            raise TypeError(f"`num_cells` must be a number for a scene with one axis, got {validation.shown(cells)}")
         lower, upper = self.interval
         return Grid(lower, upper, tuple(cells) if isinstance(cells, list) else cells)
 
