@@ -14,7 +14,7 @@ from fvkit.problem.problem import boundary_pair, source_list
 from fvkit.problem.side import four_sides
 from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import Flow, conserved, over_ground, whole_flow
-from fvkit_granular.scenes.reference import Reference
+from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import warn_of_steep_ground
 
@@ -88,10 +88,11 @@ class Scene:
 
     def __attrs_post_init__(self) -> None:
         object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
-        if len(self.axes) > 1:
-            check_arguments(self.initial, len(self.axes), "initial")
-            if callable(self.bottom):
-                check_arguments(self.bottom, len(self.axes), "bottom")
+        check_arguments(self.initial, len(self.axes), "initial")
+        if callable(self.bottom):
+            check_arguments(self.bottom, len(self.axes), "bottom")
+        if isinstance(self.reference, FunctionReference):
+            self.reference.check_axes(self.axes)
         if isinstance(self.bottom, Profile):
             self.bottom.warn_of_units()
 
