@@ -31,8 +31,10 @@ def slip(solution: Solution, ax: Axes | None = None, i: int = -1) -> Axes:
     Raises
     ------
     ValueError
-        For a model with one velocity.
+        For a model with one velocity, or a grid with two axes.
     """
+    if len(solution.grid.axes) > 1:
+        raise ValueError("the slip is drawn over one axis, got a grid with two: take solution.plot(kind='vectors', vector='vs')")
     seen = solution.observables(i)
     if "vs" not in seen or "vf" not in seen:
         raise ValueError(f"{type(solution.model).__name__} has one velocity, hence no slip")

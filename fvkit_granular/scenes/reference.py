@@ -1,5 +1,6 @@
 """References that a scene is measured against: a function of space and time, or a run on a finer grid."""
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -66,6 +67,16 @@ class FunctionReference(Reference):
 
     def path_sensitivity(self) -> dict[str, Any] | None:
         return None if self.sensitivity is None else self.sensitivity()
+
+    def check_axes(self, axes: tuple[str, ...]) -> None:
+        """Raise TypeError where ``at`` cannot be called with the places of so many axes and a time."""
+        try:
+            inspect.signature(self.at).bind(*axes, "t")
+        except ValueError:  # what has no signature
+            return
+        except TypeError as error:
+            raise TypeError(f"`at` of the reference must be a function of {', '.join(axes)} and t for this scene, got one that "
+                            f"takes other arguments ({error})") from None
 
     def averages(self, model: Any, grid: Grid, t: float) -> np.ndarray:
         values = conserved(model, lambda *places: self.at(*places, t), self.bottom)

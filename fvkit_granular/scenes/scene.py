@@ -17,7 +17,7 @@ from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
 from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.mountain import GAPS, ReleasedFlow, check_release, corners, ground, outlet
-from fvkit_granular.scenes.reference import Reference
+from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
@@ -139,10 +139,11 @@ class Scene:
             if getattr(self, name) is None:
                 raise TypeError(f"`{name}` of a scene must be given, such as {example}")
         object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
-        if len(self.axes) > 1:
-            check_arguments(self.initial, len(self.axes), "initial")
-            if callable(self.bottom):
-                check_arguments(self.bottom, len(self.axes), "bottom")
+        check_arguments(self.initial, len(self.axes), "initial")
+        if callable(self.bottom):
+            check_arguments(self.bottom, len(self.axes), "bottom")
+        if isinstance(self.reference, FunctionReference):
+            self.reference.check_axes(self.axes)
         if isinstance(self.bottom, Profile):
             self.bottom.warn_of_units()
 
@@ -187,7 +188,7 @@ class Scene:
             (x0, x1), (y0, y1) = self.ends
             cells = along, max(1, round(along * (y1 - y0) / (x1 - x0)))
         elif len(self.axes) == 1 and isinstance(cells, (tuple, list)):
-            raise TypeError(f"`cells` must be a number for a scene with one axis, got {validation.shown(cells)}")
+            raise TypeError(f"`num_cells` must be a number for a scene with one axis, got {validation.shown(cells)}")
         lower, upper = self.interval
         return Grid(lower, upper, tuple(cells) if isinstance(cells, list) else cells)
 

@@ -72,7 +72,7 @@ def test_a_run_goes_on_from_its_checkpoint_to_the_same_bits(folder, capsys):
     (["run", "vortex", "--cells", "3x4x5"], "argument --cells: `value` must be a whole number, or NXxNY"),
     (["run", "vortex", "--cells", "ten"], "argument --cells: `value` must be a whole number, or NXxNY"),
     (["run", "vortex", "--cells", "0"], "`cells` must be >= 1, got 0"), (["run", "vortex", "--cells", "9x0"], "`num_cells[1]` must be >= 1, got 0"),
-    (["run", "riemann", "--cells", "10x10"], "`cells` must be a number for a scene with one axis, got (10, 10)"),
+    (["run", "riemann", "--cells", "10x10"], "`num_cells` must be a number for a scene with one axis, got (10, 10)"),
     ([*RUN[:-1], "pitman-le"], "PitmanLe serves one axis alone, got a grid with 2"),
     ([*RUN, "--reconstruction", "mp5"], "MethodOfLines serves a grid with one axis, got one with two: take fv.WavePropagation"),
     (["advise", "vortex"], "advice was validated for scenes with one axis alone, got one with two")])

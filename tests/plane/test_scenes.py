@@ -59,6 +59,10 @@ def test_intervals_that_are_none_are_refused(interval, words):
 @pytest.mark.parametrize(("make", "words"), [
     (lambda: scene(lambda x: {"h": 1.0, "phi": 0.5}), "`initial` must be a function of x and y on a grid with two axes"),
     (lambda: scene(bottom=lambda x: 0.0 * x), "`bottom` must be a function of x and y on a grid with two axes"),
+    (lambda: gr.Scene((0.0, 1.0), 1.0, streaming), "`initial` must be a function of x, got one that takes other arguments"),
+    (lambda: scene(reference=gr.FunctionReference("exact", "", at=lambda x, t: {"h": 1.0, "phi": 0.5})),
+     "`at` of the reference must be a function of x, y and t for this scene"),
+    (lambda: gr.plots.slip(solve(scene().problem(gr.TwoPhase, 4))), "the slip is drawn over one axis, got a grid with two"),
     (lambda: scene(boundary=(fv.Wall(), fv.Wall())), "`boundary` must be one condition, four"),
     (lambda: scene(boundary={"left": fv.Wall()}), "write 'west'"),
     (lambda: scene(lambda x, y: {"h": 1.0, "phi": 0.5, "vs": 1.0}).problem(gr.TwoPhase, 4),

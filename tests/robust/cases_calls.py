@@ -137,7 +137,7 @@ CALLS = {
     "Scene.problem over a bottom": Call(lambda bottom: gr.Scene((0.0, 1.0), 1.0, flow, bottom).problem(gr.TwoPhase, 2), dict(bottom=0.0),
                                         dict(bottom="values"), dict(bottom="aux['b']")),
     "SceneRun": Call(gr.SceneRun, dict(scene="riemann"),
-                     dict(scene="scene", model="part", scheme="part?", cells="count", times="ascending?", backend="name")),
+                     dict(scene="scene", model="part", scheme="part?", cells="count?", times="ascending?", backend="name")),
     "ShapedFlow": Call(gr.ShapedFlow, dict(h=1.0, phi=0.5),
                        dict(h="number?", phi="number?", vs="number", vf="number", surface="number?", bottom="number?")),
     "advise": Call(gr.advise, dict(scene=SCENE), dict(scene="part", tol="open share")),
