@@ -92,7 +92,7 @@ def test_the_snippets_about_results_run(tmp_path, monkeypatch):
 def test_the_snippets_about_terrains_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     blocks = code_blocks(TOP / "docs" / "terrain.md", "python")
-    assert len(blocks) == 3
+    assert len(blocks) == 4
     exec("\n".join(blocks), {"__name__": "snippets"})
     said = capsys.readouterr().out
     assert "60 x 40 cells of 5 m" in said

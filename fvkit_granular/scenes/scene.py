@@ -134,10 +134,9 @@ class Scene:
         elif self.release is not None or self.phi is not None:
             raise ValueError("`release` and `phi` need a `terrain`: gr.Scene(terrain=gr.read_terrain(...), release=..., "
                              "t_end=...); a profile has interval and initial")
-        for name, example in (("interval", "(0.0, 100.0), or `terrain`"), ("t_end", "60.0 s"),
-                              ("initial", "lambda x: {\"h\": 1.0, \"phi\": 0.5}, or `release` on a terrain")):
-            if getattr(self, name) is None:
-                raise TypeError(f"`{name}` of a scene must be given, such as {example}")
+        _interval(self.interval, "interval")
+        validation.real(self.t_end, "t_end", above=0.0)
+        validation.function(self.initial, "initial", hint="x -> {h, phi, vs, vf}, or of x and y")
         object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
         check_arguments(self.initial, len(self.axes), "initial")
         if callable(self.bottom):
@@ -178,9 +177,7 @@ class Scene:
 
         None is the grid of the terrain, on which a scene with one runs.
         """
-        if cells is None and self.terrain is None:
-            raise TypeError("`cells` must be given, such as 400: a scene without a terrain has no cells of its own")
-        if cells is None:
+        if cells is None and self.terrain is not None:
             found: Grid = self.terrain.grid
             return found
         if len(self.axes) > 1 and not isinstance(cells, (tuple, list)):
@@ -201,15 +198,19 @@ class Scene:
         """
         if self.slope != "auto":
             return self.slope
-        grid = self.grid(None if self.terrain is not None else DECIDING[len(self.axes)])
+        fixed = np.shape(self.bottom)[::-1] if not callable(self.bottom) else ()
+        grid = self.grid(None if self.terrain is not None else (fixed if len(fixed) > 1 else fixed[0]) if fixed else
+                         DECIDING[len(self.axes)])
         return "steep" if needs_steep(within_reach(self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid), self.g)) else "mild"
 
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma, and its `equations`."""
         if isinstance(model, type) and issubclass(model, Model):
-            physics = {name: getattr(self, name) for name in model.parameter_names() if name in ("g", "gamma")}
-            return model(**physics, **({"slope": self.equations} if issubclass(model, ShallowFlow) else {}))
+            return self._made(model, {"slope": self.equations} if issubclass(model, ShallowFlow) else {})
         return validation.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")
+
+    def _made(self, kind: type[Model], more: Mapping[str, Any]) -> Model:
+        return kind(**{name: getattr(self, name) for name in kind.parameter_names() if name in ("g", "gamma")}, **more)
 
     def problem(self, model: Any, cells: Any = None) -> Problem:
         """Return the problem for ``model`` (instance, or class, see `model`) on ``cells`` cells, see `grid`.
@@ -217,7 +218,8 @@ class Scene:
         Warns (`SteepSlopeWarning`) where the flow may reach ground above 15 degrees with the equations for mild slopes, see
         `fvkit_granular.scenes.slope`.
         """
-        chosen = self.model(model)
+        own = isinstance(model, type) and issubclass(model, Model)
+        chosen = self._made(model, {}) if own else self.model(model)  # mistakes of the scene are told on these cells
         if not callable(getattr(chosen, "conserved_from", None)):
             raise ValueError(f"`model` of a scene must make its state of h, phi, vs and vf, but {type(chosen).__name__} has no "
                              "`conserved_from`: take a model of fvkit_granular, or build a fvkit.Problem")
@@ -230,6 +232,8 @@ class Scene:
                              "it with another `cell`, gr.read_terrain(path, cell=10.0)")
         result = self._problem(chosen, grid)
         self._refuse_gaps(grid)
+        if own and steep_equations(self.model(model)):
+            return self._problem(self.model(model), grid)
         if not steep_equations(chosen):
             warn_of_steep_ground(within_reach(result, self.g))
         return result

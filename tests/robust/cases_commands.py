@@ -23,7 +23,8 @@ OPTIONS = {
     ("run", "--resume"): (("run",), ("FOLDER", "FILE", "nowhere.npz", "FILE/old.npz", "broken.npz", "broken.toml", "solution.npz", "x" * 300)),
     **{("run", name): (RUN, NAMES) for name in ("--model", "--method", "--riemann", "--limiter", "--reconstruction", "--integrator", "--backend",
                                                 "--plot", "--animate")},
-    ("run", "--out"): (RUN, FOLDERS),
+    ("run", "--out"): (RUN, FOLDERS), ("run", "--rasters"): (RUN, ("png", "", ".asc")), ("run", "--netcdf"): (RUN, ()),
+    ("check", "--model"): (("check", "rest"), NAMES), ("check", "--out"): (("check", "rest"), ("picture", "FOLDER", "")),
     ("run", "--line"): (PLANE, ("0", ("0", "0", "0.1"), ("0", "0", "9", "0"), ("ten", "0", "0", "0"), ("nan", "0", "0", "0"), ("0", "0", "0", "inf"),
                                 ("0", "0", "0", "0"))),
     **{("compare", name): (COMPARE, COUNTS) for name in ("--cells", "--repeats", "--order")},
@@ -49,13 +50,13 @@ OPTIONS = {
 }
 
 #: Arguments that are no options.
-PLACES = {**{(command, "SCENE"): ((command,), FILES) for command in ("run", "compare", "advise", "convergence", "stress")},
+PLACES = {**{(command, "SCENE"): ((command,), FILES) for command in ("run", "compare", "advise", "convergence", "stress", "check")},
           ("sweep", "FILE"): (("sweep",), FILES)}
 
 #: Whole lines, and words of the message.
 LINES = [
     ((), ("COMMAND",)), (("fly",), ("fly",)), (("run",), ("SCENE", "--resume")), (("compare",), ("SCENE",)), (("sweep",), ("FILE",)),
-    (("advise",), ("SCENE",)), (("run", "rest", "--resume", "old.npz"), ("SCENE", "--resume")),
+    (("advise",), ("SCENE",)), (("check",), ("SCENE",)), (("check", "rest"), ("terrain", "fvkit advise")), (("run", "rest", "--resume", "old.npz"), ("SCENE", "--resume")),
     (("run", "rest", "--every", "3"), ("--every", "--checkpoint")), (("run", "--resume", "old.npz", "--dt", "1"), ("--dt", "--resume")),
     ((*RUN, "--dt", "1e-3", "--dt-max", "1"), ("`dt`", "`dt_max`")), ((*RUN, "--nonsense"), ("--nonsense",)), ((*RUN, "--cells"), ("--cells",)),
     ((*RUN, "surplus"), ("surplus",)), (("scenes", "surplus"), ("surplus",)), (("cache", "surplus"), ("surplus",)), (("cache", "--clear=1"), ("--clear",)),

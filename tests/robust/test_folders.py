@@ -72,7 +72,7 @@ def interrupted(stepper):
 @pytest.mark.parametrize("fails", [lambda _: 1 / 0, interrupted])
 def test_a_run_that_does_not_succeed_keeps_the_result_of_one_that_did(fails, here, monkeypatch, capsys):
     out, solve = here / "out", fv.solve
-    bad = ("fvkit_granular.cli.run.solve", lambda *given, **options: solve(*given, **options, observers=[fails]))
+    bad = ("fvkit_granular.cli.run.solve", lambda *given, **options: solve(*given, **{**options, "observers": [fails]}))
 
     def contents():
         return {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()}
