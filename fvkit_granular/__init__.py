@@ -31,6 +31,7 @@ from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.scene_run import SceneRun
 from fvkit_granular.terrain.hydrograph import read_hydrograph
 from fvkit_granular.terrain.outline import OutlineScore, compare_outline
+from fvkit_granular.terrain.parameter import read_parameter
 from fvkit_granular.terrain.rasters import read_terrain, write_raster
 from fvkit_granular.terrain.release import Release, read_release
 from fvkit_granular.terrain.terrain import Terrain
@@ -46,7 +47,8 @@ __all__ = [
     "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged",
     "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag",
     "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene", "plots", "read_hydrograph",
-    "read_release", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
+    "read_parameter", "read_release", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
+    "write_raster",
 ]
 
 

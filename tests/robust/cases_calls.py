@@ -90,6 +90,7 @@ CALLS = {
     "HazardMaps": Call(gr.HazardMaps, {}, dict(threshold="positive", density="positive", least="positive")),
     "Watch": Call(gr.Watch, {}, dict(lines="mapping", threshold="positive", density="positive", least="positive")),
     "Drain": Call(gr.Drain, dict(rate=1.0), dict(rate="field not negative")),
+    "read_parameter": Call(gr.read_parameter, dict(source=np.ones((2, 3)), terrain=TERRAIN), dict(terrain="part", elsewhere="number?")),
     "read_hydrograph": Call(gr.read_hydrograph, dict(path="nowhere.csv", area=SQUARE, terrain=TERRAIN), dict(terrain="part"), works=False),
     "StopAtRest": Call(fv.StopAtRest, {}, dict(speed="positive", depth="not negative", after="number", every="count")),
     "Keep": Call(fv.Keep, dict(names=["h"]), dict(names="names")),

@@ -1,12 +1,12 @@
 """Scenes on a terrain from TOML files: [terrain], [release], [[hydrograph]] and friction from rasters."""
 
-from pathlib import Path
 from typing import Any
 
 from fvkit_granular.scenes.toml.table import Table
 from fvkit_granular.sources.rain import Rain
 from fvkit_granular.terrain.hydrograph import read_hydrograph
-from fvkit_granular.terrain.rasters import cells_of, read_terrain
+from fvkit_granular.terrain.parameter import read_parameter
+from fvkit_granular.terrain.rasters import read_terrain
 from fvkit_granular.terrain.release import Release, read_release
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -14,6 +14,7 @@ from fvkit_granular.terrain.terrain import Terrain
 TERRAIN = ("file", "window", "cell", "fill", "gaps")
 RELEASE = ("file", "thickness", "phi", "measured")
 HYDROGRAPH = ("file", "area")
+ZONES = ("file", "attribute", "elsewhere")
 
 
 def terrain_of(top: Table) -> Terrain:
@@ -51,14 +52,15 @@ def hydrographs_of(top: Table, terrain: Terrain) -> tuple[Rain, ...]:
 
 
 def with_rasters(table: Table, terrain: Terrain | None) -> Table:
-    """Return a table of a source whose values {file = "..."} are replaced by the cells of that raster on the terrain."""
+    """Return a table of a source whose values {file = "..."} are replaced by the cells of that raster, or of those zones."""
     values: dict[str, Any] = dict(table.data)
     for key, value in table.data.items():
         if not isinstance(value, dict):
             continue
-        inner = table.inner(key).only(("file",))
+        inner = table.inner(key).only(ZONES)
         if terrain is None:
-            raise table.error(f"`{key}` must be a number: a raster needs a [terrain]", key)
+            raise table.error(f"`{key}` must be a number: a raster or zones need a [terrain]", key)
         with inner.located():
-            values[key] = cells_of(Path(table.path.parent / inner.text("file")), terrain, key)[1]
+            attribute = inner.text("attribute") if "attribute" in inner.data else None
+            values[key] = read_parameter(table.path.parent / inner.text("file"), terrain, attribute, inner.data.get("elsewhere"))
     return Table(table.path, table.place, values)
