@@ -51,7 +51,10 @@ def signature(app: Any, what: str, name: str, obj: Any, options: Any, text: str 
 
 
 def escaped(line: str) -> str:
-    """Return the line with bars and stars outside of code made plain."""
+    """Return the line with bars and stars outside of code made plain, but the star of an item in a list."""
+    item = re.match(r"\s*\* ", line)
+    if item:
+        return item[0] + escaped(line[item.end():])
     return "".join(part if CODE.fullmatch(part) else re.sub(r"([|*])", r"\\\1", part) for part in CODE.split(line))
 
 

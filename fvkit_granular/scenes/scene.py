@@ -204,7 +204,7 @@ class Scene:
         return "steep" if needs_steep(within_reach(self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid), self.g)) else "mild"
 
     def model(self, model: Any) -> Model:
-        """Return ``model`` if it is an instance; a class gets the scene's g and gamma, and its `equations`."""
+        """Return ``model`` if it is an instance; a class gets the scene's g and gamma, and its ``equations``."""
         if isinstance(model, type) and issubclass(model, Model):
             return self._made(model, {"slope": self.equations} if issubclass(model, ShallowFlow) else {})
         return validation.instance(model, "model", Model, "such as gr.TwoPhase, or gr.TwoPhase(g=9.81, gamma=0.5)")

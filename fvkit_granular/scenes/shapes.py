@@ -322,7 +322,7 @@ class Profile(Shape):
         interpolation : ``"linear"`` or ``"constant"``.
         along : name of the column of x, ascending.
         measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
-        over : with two axes what it varies over, see `Shape`.
+        over : with two axes what it varies over, see ``gr.shapes.Shape``.
 
         Raises
         ------

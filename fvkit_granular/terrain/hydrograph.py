@@ -56,7 +56,7 @@ def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     Returns
     -------
     Rain
-        For ``sources`` of a `Scene` on this terrain. What it brings is among `fvkit.Stats.entered_by_sources`.
+        For ``sources`` of a `Scene` on this terrain. What it brings is in ``entered_by_sources`` of `fvkit.Stats`.
 
     Raises
     ------
