@@ -243,7 +243,10 @@ class Scene:
         sources = tuple(source for source in self.sources if len(model.phases) > 1 or not source.between_phases)
         if self.terrain is not None:
             sources += outlet(self.terrain, self.gaps)
-        return Problem(model, grid, conserved(model, self.initial, self.height), self.t_end,
+        flow: Any = conserved(model, self.initial, self.height)
+        if isinstance(self.initial, ReleasedFlow) and grid == self.release.terrain.grid:
+            flow = flow(*np.meshgrid(*(axis.centers for axis in grid.axes)))  # the same in all of a cell
+        return Problem(model, grid, flow, self.t_end,
                        aux={"b": self.bottom} if "b" in model.aux else {}, boundary=self.boundary, sources=sources)
 
     def _refuse_gaps(self, grid: Grid) -> None:
