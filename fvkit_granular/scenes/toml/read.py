@@ -27,6 +27,10 @@ from fvkit_granular.terrain.terrain import Terrain
 SUFFIX = ".toml"
 SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that ends in .toml"
 
+#: Samples of the package by name: scene files with all that they read.
+SAMPLES = {f"sample-{path.parent.name}": path
+           for path in sorted((Path(__file__).parents[1] / "samples").glob("*/scene.toml"))}
+
 #: Boundary conditions and sources by their names in files. Their fields are the other keys of a table: a new class is one line.
 BOUNDARIES: dict[str, type] = {"outflow": Outflow, "wall": Wall, "periodic": Periodic, "inflow": GivenFlow,
                                "hydrograph": Hydrograph, "fixed-level": FixedLevel, "uniform-slope": UniformSlope}
@@ -55,11 +59,11 @@ POINTS, MOST_OUTPUTS = 2001, 100_000
 
 
 def find_scene(text: str) -> Scene:
-    """Return a built-in scene by its name, or that of a TOML file.
+    """Return a built-in scene or a sample by its name, or that of a TOML file.
 
     Parameters
     ----------
-    text : name of a built-in scene, or path of a file that ends in ``.toml``.
+    text : name of a built-in scene or of a sample, such as sample-torrent, or path of a file that ends in ``.toml``.
 
     Raises
     ------
@@ -75,9 +79,11 @@ def find_factory(text: str) -> Callable[..., Scene]:
     """Return the function that makes the scene of `find_scene`; its arguments, if any, are those of a built-in scene."""
     if text.endswith(SUFFIX):
         return partial(load_scene, text)
+    if text in SAMPLES:
+        return partial(load_scene, SAMPLES[text])
     if text not in scene_names() and ("/" in text or "\\" in text or Path(text).is_file()):
         raise ValueError(f"`scene` must be the name of a built-in scene or a file that ends in {SUFFIX}, got {text!r}")
-    return scene_factory(text)
+    return scene_factory(validation.choice(text, "scene", (*scene_names(), *SAMPLES)))
 
 
 def scene_label(text: str) -> str:
