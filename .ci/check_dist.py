@@ -35,8 +35,8 @@ def main(dist, tree):
     """Compare the names in both wheels and the sdist with those of the checkout."""
     sources = {path.relative_to(TOP).as_posix() for package in ("fvkit", "fvkit_granular") for path in (TOP / package).rglob("*")
                if path.is_file() and path.parent.name != "__pycache__"} | {"fvkit_command.py"}
-    same("packages", {name for name in sources if not name.endswith(".py")} - SAMPLE, {"fvkit/py.typed", "fvkit_granular/py.typed"})
-    same("samples", SAMPLE - sources, set())
+    same("packages", {name for name in sources if not name.endswith(".py")},
+         {"fvkit/py.typed", "fvkit_granular/py.typed", *SAMPLE})
 
     records = []
     for wheel in (only(dist, "*.whl"), only(tree, "*.whl")):

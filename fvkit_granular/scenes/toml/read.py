@@ -17,7 +17,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference
 from fvkit_granular.scenes.toml.table import Table, read_toml
-from fvkit_granular.scenes.toml.terrain import hydrographs_of, release_of, terrain_of, with_rasters
+from fvkit_granular.scenes.toml.terrain import gaps_of, hydrographs_of, release_of, terrain_of, with_rasters
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
@@ -115,8 +115,7 @@ def load_scene(path: str | Path) -> Scene:
     terrain = terrain_of(top) if on_terrain else None
     given: dict[str, Any] = {key: top.data[key] for key in PLAIN if key in top.data}
     if terrain is not None:
-        gaps = top.inner("terrain").data.get("gaps", "outlet")
-        given |= {"terrain": terrain, "gaps": gaps, "release": release_of(top, terrain)}
+        given |= {"terrain": terrain, "gaps": gaps_of(top), "release": release_of(top, terrain)}
     initial = _initial(top.inner("initial"), _axes(top)) if "initial" in top.data else None
     reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
     boundary, sources = _boundary(top), _sources(top, terrain)
@@ -262,6 +261,9 @@ def _times(top: Table) -> tuple[float, ...] | None:
 
 def _check(top: Table, scene: Scene) -> None:
     """Raise where the flow or the bottom has no meaning somewhere on the interval, or the reference is not that of the flow."""
+    if "outputs" in top.data:
+        with top.inner("outputs").located():
+            scene.watch.check(scene.ends)
     places = scene.sampled(POINTS)
     with np.errstate(all="ignore"):
         if isinstance(scene.bottom, Shape):
