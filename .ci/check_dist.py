@@ -1,7 +1,7 @@
 """Check what is handed out: `python .ci/check_dist.py DIST TREE`.
 
 DIST holds an sdist and the wheel built from it, TREE a wheel built from the checkout. Both wheels hold the same files, of the
-same content: the sources of both packages and the start of the command, py.typed, LICENSE, no more.
+same content: the sources of both packages and the start of the command, a sample, py.typed, LICENSE, no more.
 """
 
 import re
@@ -13,6 +13,7 @@ from pathlib import Path
 TOP = Path(__file__).parents[1]
 METADATA = {"METADATA", "RECORD", "WHEEL", "entry_points.txt", "licenses/LICENSE", "top_level.txt"}
 EGG_INFO = {"PKG-INFO", "SOURCES.txt", "dependency_links.txt", "entry_points.txt", "requires.txt", "top_level.txt"}
+SAMPLE = {f"fvkit_granular/scenes/samples/torrent/{name}" for name in ("release.geojson", "scene.toml", "terrain.asc")}
 TOP_LEVEL = {"LICENSE", "MANIFEST.in", "PKG-INFO", "README.md", "pyproject.toml", "setup.cfg"}
 
 
@@ -34,7 +35,8 @@ def main(dist, tree):
     """Compare the names in both wheels and the sdist with those of the checkout."""
     sources = {path.relative_to(TOP).as_posix() for package in ("fvkit", "fvkit_granular") for path in (TOP / package).rglob("*")
                if path.is_file() and path.parent.name != "__pycache__"} | {"fvkit_command.py"}
-    same("packages", {name for name in sources if not name.endswith(".py")}, {"fvkit/py.typed", "fvkit_granular/py.typed"})
+    same("packages", {name for name in sources if not name.endswith(".py")},
+         {"fvkit/py.typed", "fvkit_granular/py.typed", *SAMPLE})
 
     records = []
     for wheel in (only(dist, "*.whl"), only(tree, "*.whl")):

@@ -80,11 +80,12 @@ def _derivative(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
 
 
 def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
-    """The limited slope of cell averages along an array axis; at both ends that of the only neighbour."""
+    """The limited slope of cell averages along an array axis; at both ends with the difference one further in."""
     if values.shape[axis] == 1:
         return np.zeros(values.shape)
     one_sided = np.diff(values, axis=axis) / dx
-    first, last = (np.take(one_sided, [k], axis=axis) for k in (0, -1))
+    inner = min(1, one_sided.shape[axis] - 1)  # one further in: a wall at the edge is no slope either
+    first, last = (np.take(one_sided, [k], axis=axis) for k in (inner, -1 - inner))
     behind = np.concatenate([first, one_sided], axis=axis)
     ahead = np.concatenate([one_sided, last], axis=axis)
     product, squares = behind * ahead, behind * behind + ahead * ahead

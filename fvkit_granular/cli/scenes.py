@@ -1,11 +1,13 @@
 """``fvkit scenes``: the built-in scenes."""
 
 import argparse
+from functools import partial
 from typing import Any
 
 from fvkit.cli import SUCCESS, add_command
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
-from fvkit_granular.scenes.toml.read import find_scene
+from fvkit_granular.scenes.toml.read import SAMPLES, find_scene
+from fvkit_granular.scenes.toml.table import toml_text
 from fvkit_granular.scenes.toml.write import scene_text
 
 
@@ -17,11 +19,15 @@ def register(commands: Any) -> None:
 
 
 def _scenes(options: argparse.Namespace) -> int:
+    if options.show in SAMPLES:
+        print(f"# {SAMPLES[options.show]}: copy its folder to change it\n{toml_text(SAMPLES[options.show])}", end="")
+        return SUCCESS
     if options.show is not None:
         print(scene_text(find_scene(options.show)), end="")
         return SUCCESS
-    wide = max(map(len, scene_names()))
-    for name in scene_names():
-        shown = scene(name)
+    every = {name: partial(scene, name) for name in scene_names()} | {name: partial(find_scene, name) for name in SAMPLES}
+    wide = max(map(len, every))
+    for name, make in every.items():
+        shown = make()
         print(f"{name:{wide}s}  {len(shown.axes)} {'axes' if len(shown.axes) > 1 else 'axis'}  {shown.description}")
     return SUCCESS

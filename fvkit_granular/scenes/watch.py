@@ -1,11 +1,13 @@
 """`Watch`: what a run of a scene records besides its outputs: gauges, cross-sections, hazard maps."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
 
 from fvkit import CrossSection, Gauge, Observer, validation
+from fvkit.problem.grid import NAMES
 from fvkit_granular.observers.hazard import HazardMaps
 
 
@@ -21,6 +23,9 @@ def _lines(value: Any) -> dict[str, Any]:
     """Return {name: points} of cross-sections, checked."""
     given = validation.mapping(value, "lines", '{"bridge": [(0.0, 5.0), (0.0, 9.0)]}')
     for name, line in given.items():
+        if not re.fullmatch(r"\w[\w .-]*", str(name)):
+            raise ValueError(f"`lines` must have names of letters, digits, blanks, points, - and _, for those of "
+                             f"files, got {validation.shown(name)}")
         try:
             CrossSection(line)
         except (ValueError, TypeError) as error:
@@ -44,6 +49,27 @@ class Watch:
     threshold: float = validation.number(0.1, above=0.0)
     density: float = validation.number(2000.0, above=0.0)
     least: float = validation.number(0.01, above=0.0)
+
+    def check(self, ends: Sequence[tuple[float, float]]) -> None:
+        """Raise ValueError where a gauge or a line has not one coordinate per axis, or lies outside of the scene.
+
+        Parameters
+        ----------
+        ends : (lower, upper) of each axis, m.
+        """
+        if self.lines and len(ends) == 1:
+            raise ValueError("`lines` are for scenes with two axes, and this one has one: take `gauges`")
+        points = [("gauges", "", place) for place in self.gauges]
+        points += [("lines", f", {name}", point) for name, line in self.lines.items() for point in line]
+        for key, which, point in points:
+            at = point if isinstance(point, tuple) else (point,)
+            if len(at) != len(ends):
+                raise ValueError(f"`{key}`{which} must have {len(ends)} coordinate{'s' * (len(ends) > 1)} for each place, got "
+                                 f"{point}")
+            for letter, value, (lower, upper) in zip(NAMES, at, ends, strict=False):
+                if not lower <= value <= upper:
+                    raise ValueError(f"`{key}`{which} must lie within the scene, {letter} from {lower:.10g} to {upper:.10g} m, "
+                                     f"got {letter} = {value:.10g}")
 
     def observers(self, axes: int) -> dict[str, Observer]:
         """Return new observers for a run, {name: observer}: "gauges", "hazard", and each line by its name."""

@@ -17,7 +17,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference
 from fvkit_granular.scenes.toml.table import Table, read_toml
-from fvkit_granular.scenes.toml.terrain import hydrographs_of, release_of, terrain_of, with_rasters
+from fvkit_granular.scenes.toml.terrain import gaps_of, hydrographs_of, release_of, terrain_of, with_rasters
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.curvature import Curvature
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
@@ -27,6 +27,10 @@ from fvkit_granular.terrain.terrain import Terrain
 #: How the name of a scene file ends, and what commands say about their argument.
 SUFFIX = ".toml"
 SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that ends in .toml"
+
+#: Samples of the package by name: scene files with all that they read.
+SAMPLES = {f"sample-{path.parent.name}": path
+           for path in sorted((Path(__file__).parents[1] / "samples").glob("*/scene.toml"))}
 
 #: Boundary conditions and sources by their names in files. Their fields are the other keys of a table: a new class is one line.
 BOUNDARIES: dict[str, type] = {"outflow": Outflow, "wall": Wall, "periodic": Periodic, "inflow": GivenFlow,
@@ -56,11 +60,11 @@ POINTS, MOST_OUTPUTS = 2001, 100_000
 
 
 def find_scene(text: str) -> Scene:
-    """Return a built-in scene by its name, or that of a TOML file.
+    """Return a built-in scene or a sample by its name, or that of a TOML file.
 
     Parameters
     ----------
-    text : name of a built-in scene, or path of a file that ends in ``.toml``.
+    text : name of a built-in scene or of a sample, such as sample-torrent, or path of a file that ends in ``.toml``.
 
     Raises
     ------
@@ -76,9 +80,11 @@ def find_factory(text: str) -> Callable[..., Scene]:
     """Return the function that makes the scene of `find_scene`; its arguments, if any, are those of a built-in scene."""
     if text.endswith(SUFFIX):
         return partial(load_scene, text)
+    if text in SAMPLES:
+        return partial(load_scene, SAMPLES[text])
     if text not in scene_names() and ("/" in text or "\\" in text or Path(text).is_file()):
         raise ValueError(f"`scene` must be the name of a built-in scene or a file that ends in {SUFFIX}, got {text!r}")
-    return scene_factory(text)
+    return scene_factory(validation.choice(text, "scene", (*scene_names(), *SAMPLES)))
 
 
 def scene_label(text: str) -> str:
@@ -110,8 +116,7 @@ def load_scene(path: str | Path) -> Scene:
     terrain = terrain_of(top) if on_terrain else None
     given: dict[str, Any] = {key: top.data[key] for key in PLAIN if key in top.data}
     if terrain is not None:
-        gaps = top.inner("terrain").data.get("gaps", "outlet")
-        given |= {"terrain": terrain, "gaps": gaps, "release": release_of(top, terrain)}
+        given |= {"terrain": terrain, "gaps": gaps_of(top), "release": release_of(top, terrain)}
     initial = _initial(top.inner("initial"), _axes(top)) if "initial" in top.data else None
     reference = BuiltInReference(top.choice("reference", scene_names())) if "reference" in top.data else None
     boundary, sources = _boundary(top), _sources(top, terrain)
@@ -257,6 +262,9 @@ def _times(top: Table) -> tuple[float, ...] | None:
 
 def _check(top: Table, scene: Scene) -> None:
     """Raise where the flow or the bottom has no meaning somewhere on the interval, or the reference is not that of the flow."""
+    if "outputs" in top.data:
+        with top.inner("outputs").located():
+            scene.watch.check(scene.ends)
     places = scene.sampled(POINTS)
     with np.errstate(all="ignore"):
         if isinstance(scene.bottom, Shape):

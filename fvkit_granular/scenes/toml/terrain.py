@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from fvkit import validation
+from fvkit_granular.scenes.mountain import GAPS
 from fvkit_granular.scenes.toml.table import Table
 from fvkit_granular.sources.rain import Rain
 from fvkit_granular.terrain.hydrograph import read_hydrograph
@@ -22,9 +24,18 @@ def terrain_of(top: Table) -> Terrain:
     table = top.inner("terrain").only(TERRAIN)
     with table.located("file"):
         path = table.path.parent / table.text("file")
+    fill = table.data.get("fill", False)
+    if not isinstance(fill, bool):
+        raise table.error(f"`fill` must be true or false, got {fill!r}", "fill")
     with table.located():
         terrain = read_terrain(path, table.data.get("window"), table.data.get("cell"))
-        return terrain.filled() if table.data.get("fill") else terrain
+        return terrain.filled() if fill else terrain
+
+
+def gaps_of(top: Table) -> str:
+    """Return what cells without data are."""
+    table = top.inner("terrain")
+    return table.choice("gaps", GAPS) if "gaps" in table.data else GAPS[0]
 
 
 def release_of(top: Table, terrain: Terrain) -> Release | None:
@@ -32,8 +43,11 @@ def release_of(top: Table, terrain: Terrain) -> Release | None:
     if "release" not in top.data:
         return None
     table = top.inner("release").only(RELEASE)
+    phi = table.data.get("phi")
     with table.located():
-        return read_release(table.path.parent / table.text("file"), terrain, table.data.get("thickness"), table.data.get("phi"),
+        if phi is not None:
+            validation.real(phi, "phi", at_least=0.0, at_most=1.0, hint="60 % is 0.6")
+        return read_release(table.path.parent / table.text("file"), terrain, table.data.get("thickness"), phi,
                             table.text("measured", "vertical"))
 
 

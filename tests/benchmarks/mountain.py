@@ -1,0 +1,73 @@
+"""Energy line of a thin release with Coulomb friction, with the equations for steep and for mild slopes.
+
+    python -m tests.benchmarks.mountain [--cells 400]
+
+A point mass that slides with Coulomb friction nu on a straight slope loses nu g per length on the map: its energy head
+z + v^2/(2g), v along the ground, falls along a line of slope nu. On a curved one it presses with g + b_xx v_x^2 in place of g, and
+the line falls by nu (1 + b_xx v_x^2/g). Both are exact for a point and the references here, the second as an ODE; a release of some
+length is compared by its mass averages. Two profiles: a plane of 34 degrees, and the parabola b = C (1 - x/f)^2, C = 1000 m,
+f = 2250 m, level beyond f. Shallow water with friction along x: model against exact, no measurement, no other program's result.
+"""
+
+import argparse
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import fvkit as fv
+import fvkit_granular as gr
+
+G, NU = 9.81, 0.3
+
+#: {name: (bottom, end of the line, m, end time, s)}.
+PROFILES = {
+    "plane": (lambda x: -np.tan(np.radians(34.0)) * x, 1500.0, 18.0),
+    "parabola": (lambda x: 1000.0 * np.maximum(1.0 - x / 2250.0, 0.0) ** 2, 3000.0, 40.0),
+}
+
+
+def energy_slope(profile, slope, cells=400):
+    """Return the slope of the energy line, and that of a point, for the mass averages of a hump of 1 m over 100 m, least squares over 20 times."""
+    bottom, end, t_end = PROFILES[profile]
+    scene = gr.Scene((0.0, end), t_end, lambda x: {"h": np.where(abs(x - 200.0) < 50.0, np.cos((x - 200.0) * np.pi / 100.0) ** 2, 0.0),
+                                                   "phi": 1.0},
+                     bottom=bottom, sources=gr.CoulombFriction(NU), slope=slope)
+    problem = scene.problem(gr.ShallowWater(slope=slope), cells)
+    solution = fv.solve(problem, times=np.linspace(0.25, 1.0, 20) * t_end)
+    x, b = solution.grid.centers, solution.aux["b"]
+    rise = np.gradient(b, x)
+    heads = []
+    for k in range(len(solution.t)):
+        seen = solution.observables(k)
+        mass = seen["h"] / seen["h"].sum()
+        head = b + (1.0 + rise**2) * seen["v"] ** 2 / (2.0 * G)
+        heads.append(((mass * x).sum(), (mass * head).sum()))
+    place, head = np.array(heads[1:]).T
+    return -float(np.polyfit(place, head, 1)[0]), -float(np.polyfit(place, _point(bottom, place, head[0]), 1)[0])
+
+
+def _point(bottom, place, head):
+    """The energy head of a point at places, from that at the first."""
+    step = 1e-2
+
+    def fall(x, e):
+        rise = (bottom(x + step) - bottom(x - step)) / (2.0 * step)
+        bend = (bottom(x + step) - 2.0 * bottom(x) + bottom(x - step)) / step**2
+        return -NU * (1.0 + bend * 2.0 * (e - bottom(x)) / (1.0 + rise**2))
+
+    return solve_ivp(fall, (place[0], place[-1]), [head], t_eval=place, rtol=1e-8, max_step=10.0).y[0]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cells", type=int, default=400)
+    cells = parser.parse_args().cells
+    print("| profile | nu | point | steep | error, % | mild | error, % |\n|---|---|---|---|---|---|---|")
+    for profile in PROFILES:
+        found, exact = zip(*(energy_slope(profile, slope, cells) for slope in ("steep", "mild")), strict=True)
+        print(f"| {profile} | {NU:g} | {exact[0]:.4f} | " + " | ".join(
+            f"{value:.4f} | {100.0 * (value / exact[0] - 1.0):+.1f}" for value in found) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

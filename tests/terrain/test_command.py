@@ -1,0 +1,195 @@
+"""`fvkit run` and `fvkit check` on a tiny terrain, end to end, and every mistake in the files of the set through the command line."""
+
+import json
+import re
+import warnings
+
+import numpy as np
+import pytest
+
+import fvkit as fv
+import fvkit_granular as gr
+from fvkit.cli import main
+from fvkit_granular.scenes.toml.read import SAMPLES, find_scene
+from tests.tools import sample_torrent
+
+SCENE = """t_end = 1.5
+[terrain]
+file = "dem.asc"
+gaps = "outlet"
+[release]
+file = "release.geojson"
+phi = 0.6
+[friction]
+type = "coulomb"
+nu = 0.2
+[outputs]
+gauges = [[1032.5, 2012.5]]
+lines = {across = [[1030.0, 2001.0], [1030.0, 2024.0]]}
+"""
+RING = [[1006.0, 2004.0], [1021.0, 2004.0], [1018.0, 2020.0], [1006.0, 2020.0], [1006.0, 2004.0]]
+BOW = [[1006.0, 2004.0], [1021.0, 2014.0], [1021.0, 2004.0], [1006.0, 2012.0], [1006.0, 2004.0]]
+
+
+def collection(ring=RING, thickness=1.5, crs="EPSG:31287"):
+    feature = {"type": "Feature", "properties": {"thickness": thickness}, "geometry": {"type": "Polygon", "coordinates": [ring]}}
+    return json.dumps({"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": crs}}, "features": [feature]})
+
+
+def dem(value=None, gap=True):
+    """12 x 6 cells of 5 m that fall to the east, with a column without data in the east."""
+    rows = [[540.0 - 2.0 * i if value is None else value for i in range(12)] for _ in range(6)]
+    for row in rows if gap else ():
+        row[-1] = -9999.0
+    body = "\n".join(" ".join(f"{height:g}" for height in row) for row in rows)
+    return f"ncols 12\nnrows 6\nxllcorner 1000\nyllcorner 2000\ncellsize 5\nNODATA_value -9999\n{body}\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FVKIT_BACKEND", "numpy")
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "dem.asc").write_text(dem())
+    (tmp_path / "dem.prj").write_text("EPSG:31287")
+    (tmp_path / "release.geojson").write_text(collection())
+    return tmp_path
+
+
+def files(folder):
+    return sorted(path.relative_to(folder) for path in folder.rglob("*"))
+
+
+def change(folder, name, old, new):
+    text = (folder / name).read_text()
+    assert old in text
+    (folder / name).write_text(text.replace(old, new))
+
+
+def test_a_run_writes_rasters_series_and_a_report(folder, capsys):
+    assert main(["run", "scene.toml", "--out", "out", "--model", "shallow-water"]) == 0
+    printed = capsys.readouterr().out
+    named = printed.split("written to out/: ")[1].strip().split(", ")
+    assert {"max_depth.asc", "arrival.asc", "deposit.asc", "gauges.csv", "line-across.csv", "report.html"} <= set(named)
+    assert all((folder / "out" / name).stat().st_size > 0 for name in named)
+    solution, terrain = fv.load("out/solution.npz"), gr.read_terrain("dem.asc")
+    deposit = gr.read_terrain("out/deposit.asc")
+    assert deposit.grid == terrain.grid
+    assert deposit.crs == terrain.crs
+    np.testing.assert_array_equal(deposit.missing, terrain.missing)
+    known = ~terrain.missing
+    np.testing.assert_array_equal(deposit.bottom[known], solution.observables()["h"][known])
+    page = (folder / "out" / "report.html").read_text()
+    assert page.count('src="data:image/png;base64,') == 4
+    assert "equations for steep slopes" in page
+
+
+@pytest.mark.parametrize("gaps", ["outlet", "wall"])
+def test_volumes_balance_and_gaps_drain_or_keep(folder, gaps):
+    change(folder, "scene.toml", 'gaps = "outlet"', f'gaps = "{gaps}"')
+    change(folder, "scene.toml", "t_end = 1.5", "t_end = 6.0")
+    with open("scene.toml", "a") as file:
+        file.write('[boundary]\nall = "wall"\n')
+    assert main(["run", "scene.toml", "--out", "out", "--model", "shallow-water"]) == 0
+    solution = fv.load("out/solution.npz")
+    first, last = (solution.q[k, 0].sum() * solution.grid.cell_volume for k in (0, -1))
+    brought = solution.stats.entered_by_sources["h"]
+    assert abs(last - first - brought) <= 1e-12 * first
+    if gaps == "outlet":
+        assert brought < -0.05 * first
+    else:
+        assert brought == 0.0
+        assert solution.q[-1, 0][:, -1].max() < 1e-15
+
+
+def test_check_says_what_a_run_would_take_and_draws_it(folder, capsys):
+    before = set(files(folder))
+    assert main(["check", "scene.toml", "--out", "look.png"]) == 0
+    printed = capsys.readouterr().out
+    for words in ("12 x 6 cells of 5 m", "6 without data", "area x thickness", "computed with the equations for steep ground",
+                  "source: Drain", "about"):
+        assert words in printed
+    assert {path.name for path in set(files(folder)) - before} == {"look.png"}
+    assert (folder / "look.png").read_bytes().startswith(b"\x89PNG")
+
+
+#: {fault: (file, what is changed: (old, new), a new content, or None for no file; words of the sentence)}.
+FAULTS = {
+    "no terrain": ("dem.asc", None, "terrain.*there is no file dem.asc"),
+    "terrain truncated": ("dem.asc", dem()[:150], "dem.asc.*numbers are needed"),
+    "terrain empty": ("dem.asc", "", "dem.asc.*header"),
+    "terrain without data": ("dem.asc", dem(-9999.0), "terrain.*cell with data"),
+    "terrain not a number": ("dem.asc", dem().replace("530", "nan", 1), "dem.asc|terrain"),
+    "terrain in another CRS": ("dem.prj", "EPSG:32633", "release.*CRS"),
+    "no release": ("release.geojson", None, "release.*there is no file release.geojson"),
+    "release truncated": ("release.geojson", collection()[:120], "release.geojson.*(ends too early|damaged|JSON)"),
+    "release with swapped axes": ("release.geojson", collection([[y, x] for x, y in RING]), "x and y exchanged"),
+    "release outside": ("release.geojson", collection([[x + 900.0, y] for x, y in RING]), "east of it"),
+    "release that crosses itself": ("release.geojson", collection(BOW), "must not cross"),
+    "release of no thickness": ("release.geojson", collection(thickness=0.0), "thickness must be finite and > 0"),
+    "release of NaN": ("release.geojson", collection(thickness=float("nan")), "release.geojson"),
+    "release without thickness": ("release.geojson", collection(thickness=None), "attribute thickness"),
+    "no solid fraction": ("scene.toml", ("phi = 0.6\n", ""), "phi"),
+    "unknown key of the terrain": ("scene.toml", ('gaps = "outlet"', 'gap = "outlet"'), "terrain: unknown key `gap`; did you mean `gaps`"),
+    "unknown key of the outputs": ("scene.toml", ("gauges =", "gages ="), "outputs: unknown key `gages`; did you mean `gauges`"),
+    "unknown gaps": ("scene.toml", ('gaps = "outlet"', 'gaps = "hole"'), r"terrain\.gaps: .*outlet, wall"),
+    "gaps of another kind": ("scene.toml", ('gaps = "outlet"', "gaps = 3"), r"terrain\.gaps"),
+    "file of another kind": ("scene.toml", ('file = "dem.asc"', "file = 3"), r"terrain\.file: `file` must be a text"),
+    "terrain of another kind": ("scene.toml", ('[terrain]\nfile = "dem.asc"\ngaps = "outlet"', 'terrain = "dem.asc"'), "`terrain` must be a table"),
+    "fill of another kind": ("scene.toml", ('gaps = "outlet"', 'fill = "yes"'), r"terrain\.fill: `fill` must be true or false"),
+    "window of another kind": ("scene.toml", ('gaps = "outlet"', "window = 3"), r"terrain\.window"),
+    "window outside": ("scene.toml", ('gaps = "outlet"', "window = [[0, 0], [10, 10]]"), "terrain.*within the terrain"),
+    "cell too small": ("scene.toml", ('gaps = "outlet"', "cell = 1.0"), r"terrain\.cell: `cell` must be at least"),
+    "phi in per cent": ("scene.toml", ("phi = 0.6", "phi = 60.0"), r"release\.phi: "),
+    "thickness of zero": ("scene.toml", ("phi = 0.6", "phi = 0.6\nthickness = 0.0"), r"release\.thickness: "),
+    "measured in a third way": ("scene.toml", ("phi = 0.6", 'phi = 0.6\nmeasured = "along"'), r"release\.measured: .*vertical"),
+    "measured of another kind": ("scene.toml", ("phi = 0.6", "phi = 0.6\nmeasured = true"), r"release\.measured"),
+    "gauge outside": ("scene.toml", ("1032.5, 2012.5", "32.5, 2012.5"), r"outputs\.gauges: .*32\.5"),
+    "gauge with one coordinate": ("scene.toml", ("[[1032.5, 2012.5]]", "[1032.5]"), r"outputs\.gauges"),
+    "gauge of text": ("scene.toml", ("[[1032.5, 2012.5]]", '"here"'), r"outputs\.gauges"),
+    "line outside": ("scene.toml", ("[1030.0, 2001.0]", "[1030.0, 1.0]"), r"outputs\.lines: .*across"),
+    "line of one point": ("scene.toml", (", [1030.0, 2024.0]", ""), r"outputs\.lines: .*across"),
+    "threshold below zero": ("scene.toml", ("gauges =", "threshold = -1.0\ngauges ="), r"outputs\.threshold"),
+    "threshold not a number": ("scene.toml", ("gauges =", "threshold = nan\ngauges ="), r"outputs\.threshold"),
+    "friction not a number": ("scene.toml", ("nu = 0.2", "nu = nan"), r"friction\.nu"),
+    "friction from no raster": ("scene.toml", ("nu = 0.2", 'nu = {file = "nu.asc"}'), r"friction\.nu.*there is no file nu.asc"),
+    "hydrograph without area": ("scene.toml", ("[friction]", '[[hydrograph]]\nfile = "q.csv"\n[friction]'), r"hydrograph\[0\].*`area` is missing"),
+    "hydrograph without file": ("scene.toml", ("[friction]", '[[hydrograph]]\nfile = "q.csv"\narea = "release.geojson"\n[friction]'), r"hydrograph\[0\].*there is no file q.csv"),
+    "interval beside a terrain": ("scene.toml", ("t_end = 1.5", "t_end = 1.5\ninterval = [0.0, 1.0]"), "exclude each other"),
+    "name that is a path": ("scene.toml", ("across =", '"../across" ='), r"outputs\.lines"),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_one_sentence_and_nothing_is_written(folder, capsys, fault, command):
+    name, made, words = FAULTS[fault]
+    if made is None:
+        (folder / name).unlink()
+    elif isinstance(made, str):
+        (folder / name).write_text(made)
+    else:
+        change(folder, name, *made)
+    before = files(folder)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        code = main([command, "scene.toml"])
+    said = capsys.readouterr().err
+    assert code == 2, said
+    assert said.startswith("fvkit: ")
+    assert said.count("\n") == 1, said
+    assert name in said or "scene.toml" in said
+    assert re.search(words, said), said
+    assert files(folder) == before
+
+
+def test_the_sample_is_what_its_script_makes(tmp_path):
+    sample_torrent.main(tmp_path)
+    packaged = SAMPLES["sample-torrent"].parent
+    for name in ("terrain.asc", "release.geojson"):
+        assert (tmp_path / name).read_bytes() == (packaged / name).read_bytes()
+    assert sum(path.stat().st_size for path in packaged.iterdir()) < 300_000
+    scene = find_scene("sample-torrent")
+    assert scene.terrain.grid.shape == (150, 250)
+    with pytest.raises(ValueError, match=r"did you mean sample-torrent\?"):
+        find_scene("sample-torent")
