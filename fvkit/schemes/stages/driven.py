@@ -19,6 +19,10 @@ from fvkit.schemes.scheme import NEW, PULLS, Read, Stage
 #: no balance, and there the cells alone pay.
 EVEN = 4.0
 
+#: Least mass that bears a push, as a share of the larger one beside the face: at an emerged step whose upper side is dry the push
+#: is rounding, and so is what bears it.
+BORNE = 1e-8
+
 #: dt/dx at which the limit dt -> 0 is taken, s/m.
 SHORT = 1e-9
 
@@ -124,7 +128,8 @@ def pushes(parts, ratio, ql, qr, auxl, auxr):
     phases = parts.model.phases
     return {"push": tuple([(whole[phase.momentum] - v * whole[phase.masses[-1]]) / parts.dx
                            for phase, v in zip(phases, speeds, strict=True)]),
-            "bearing": tuple([before[phase.masses[-1]] for phase in phases])}
+            "bearing": tuple([maximum(before[phase.masses[-1]], BORNE * maximum(ql[phase.masses[-1]], qr[phase.masses[-1]]))
+                              for phase in phases])}
 
 
 def pulls(parts, ratio, q, push, bearing):
