@@ -33,6 +33,10 @@ class OverTime:
         """Numbers of the cells where the map is not 0."""
         return np.flatnonzero(self.shape)
 
+    def breaks(self) -> tuple[float, ...]:
+        """Return the times between which it is linear: steps end there, so that no rise is skipped."""
+        return tuple(self.times.tolist())
+
     def averages(self, t: float) -> np.ndarray:
         """Return the map at time t, (ny, nx)."""
         return np.asarray(self.shape * np.interp(t, self.times, self.values, left=0.0, right=0.0))
@@ -45,7 +49,8 @@ class OverTime:
 def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     """Read a hydrograph that comes in through an area of a terrain: a source of mass, spread evenly over polygons.
 
-    It brings no momentum. Linear between its times; nothing before the first and after the last.
+    It brings no momentum. Linear between its times; nothing before the first and after the last. Time
+    steps end at its times, so the volume is exact where phi is constant.
 
     Parameters
     ----------
