@@ -66,8 +66,8 @@ def register(commands: Any) -> None:
                      help="write checkpoints to FILE (.npz) so that an interrupted run can be resumed")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
     run.add_argument("--resume", type=Path, metavar="FILE",
-                     help="continue the run of a checkpoint; give the SCENE too where the run recorded something at every step, as "
-                          "those on a terrain do")
+                     help="continue the run of a checkpoint; give the SCENE too where the run recorded something at every step, "
+                          "as those on a terrain do")
     run.add_argument("--dt", type=float, metavar="S", help="length of every step, s (default: what the Courant number allows)")
     run.add_argument("--dt-max", type=float, metavar="S", help="longest step, s")
     run.add_argument("--dt-initial", type=float, metavar="S", help="longest first step, s")

@@ -135,6 +135,7 @@ class Scene:
         validation.real(self.t_end, "t_end", above=0.0)
         validation.function(self.initial, "initial", hint="x -> {h, phi, vs, vf}, or of x and y")
         object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
+        self._check_watch()
         check_arguments(self.initial, len(self.axes), "initial")
         if callable(self.bottom):
             check_arguments(self.bottom, len(self.axes), "bottom")
@@ -170,6 +171,18 @@ class Scene:
         object.__setattr__(self, "bottom", ground(self.terrain, self.gaps))
         if self.initial is None:
             object.__setattr__(self, "initial", no_flow if self.release is None else ReleasedFlow(self.release, self.phi))
+
+    def _check_watch(self) -> None:
+        """Refuse gauges and lines outside of the scene, and gauges where its terrain has no data."""
+        grid = self.grid(None if self.terrain is not None else 1)
+        if self.watch.gauges:
+            cells = grid.cells_at(self.watch.gauges, "`gauges`")
+            if self.terrain is not None and self.terrain.missing.flat[cells].any():
+                place = self.watch.gauges[int(self.terrain.missing.flat[cells].argmax())]
+                raise ValueError(f"`gauges` must lie where the terrain has data, got {place}: move it, or fill the gap")
+        if len(self.axes) > 1:
+            for name, line in self.watch.lines.items():
+                grid.cells_at(line, f"`lines`, {name},")
 
     @property
     def axes(self) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 """`Watch`: what a run of a scene records besides its outputs: gauges, cross-sections, hazard maps."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,6 +22,9 @@ def _lines(value: Any) -> dict[str, Any]:
     """Return {name: points} of cross-sections, checked."""
     given = validation.mapping(value, "lines", '{"bridge": [(0.0, 5.0), (0.0, 9.0)]}')
     for name, line in given.items():
+        if not re.fullmatch(r"[\w][\w .-]*", str(name)):
+            raise ValueError("`lines` must have names of letters, digits, spaces, `.`, `-` and `_`, which files are named after, "
+                             f"got {name!r}")
         try:
             CrossSection(line)
         except (ValueError, TypeError) as error:

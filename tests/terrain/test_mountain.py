@@ -149,3 +149,27 @@ def test_a_run_on_a_terrain_goes_on_with_its_maps_and_series(folder, capsys):
     for name in names:
         assert (folder / "parts" / name).read_bytes() == (folder / "whole" / name).read_bytes(), name
     assert (folder / "parts/report.html").is_file()
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("[50.0, 45.0]", "[500.0, 45.0]", "`gauges` must be within [0, 120], got 500"),
+    ("[50.0, 45.0]", "[70.0, 45.0]", "`gauges` must lie where the terrain has data, got (70.0, 45.0)"),
+    ("[55.0, 5.0]", "[55.0, -5.0]", "`lines`, bridge, must be within [0, 90], got -5"),
+    ("bridge =", "'a/b' =", "`lines` must have names of letters"),
+    ("inflow.csv", "one.csv", "a hydrograph must have two rows or more"),
+    ('"coulomb", nu = 0.2', '"curvature"', "gaps")])
+def test_what_a_run_would_stumble_over_is_told_by_check(folder, capsys, old, new, words):
+    (folder / "one.csv").write_text("t [s],discharge [m3/s],phi [-]\n0,40,0.2\n")
+    text = SCENE.replace(old, new)
+    (folder / "other.toml").write_text(text.replace('"dem.asc"', '"dem.asc", gaps = "wall"') if words == "gaps" else text)
+    for command in ("check", "run"):
+        assert main([command, "other.toml"]) == 2
+        assert words in capsys.readouterr().err
+
+
+def test_check_says_what_a_hydrograph_brings(folder, capsys):
+    assert main(["check", "valley.toml"]) == 0
+    assert "a hydrograph: 60 m3 by 4 s, from 0 to 3 s" in capsys.readouterr().out
+    (folder / "short.toml").write_text(SCENE.replace("t_end = 4.0", "t_end = 1.0"))
+    assert main(["check", "short.toml"]) == 0
+    assert "a hydrograph: 20 m3 by 1 s" in capsys.readouterr().out
