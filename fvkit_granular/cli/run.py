@@ -5,7 +5,7 @@ import json
 import sys
 import warnings
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_of, steep_equations, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
-from fvkit_granular.studies.hazard_report import file_names, write_hazard, write_series
+from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard, write_series
 from fvkit_granular.studies.scene_run import CELLS
 
 #: Key of the configuration that says which files a run wrote beside its solution.
@@ -103,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
         return _resumed(options, folder)
     chosen = find_scene(options.scene)
     cells = options.cells if options.cells is not None or chosen.terrain is not None else CELLS[len(chosen.axes)]
-    _check_pictures(chosen.grid(cells), folder, options)
+    _check_pictures(chosen.grid(cells), folder, options, file_names(chosen, f".{options.rasters}"))
     watched = _watched(chosen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
@@ -160,10 +160,10 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
                  Recorded(chosen, watched, f".{options.rasters}"))
 
 
-def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace) -> None:
+def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, records: Sequence[str] = ()) -> None:
     """Refuse pictures that cannot be drawn or written, or are of the other number of axes, before anything is computed."""
     axes = len(grid.axes)
-    usable_folder(folder, "--out", _written(axes, options))
+    usable_folder(folder, "--out", (*_written(axes, options), *records))
     if axes > 1 and options.plot:
         raise ValueError(f"--plot {options.plot[0]} draws over one axis, and this scene has two: leave it out, "
                          f"{', '.join(f'{kind}.png' for kind in MAPS)} are written anyway, the last along --line")
@@ -235,7 +235,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         film.parent.mkdir(parents=True, exist_ok=True)
         solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
     summary = "" if recorded is None else recorded.write(folder, solution)
-    remove(folder, earlier, but=written)
+    remove(folder, earlier, but=(*written, *(str(Path(name).with_suffix(".prj")) for name in written)))
     scheme = settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
     print(", ".join([f"{name}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
@@ -293,14 +293,15 @@ def _succeeded(folder: Path) -> bool:
 
 
 def _earlier(folder: Path) -> list[str]:
-    """Names of the pictures that an earlier ``fvkit run`` wrote into its folder, as its solution says; none outside."""
+    """Names of what an earlier ``fvkit run`` wrote into its folder beside its solution, as that says; none outside."""
     try:
         with np.load(folder / "solution.npz", allow_pickle=False) as kept:
             names = list(json.loads(str(kept["configuration"]))[FILES])
     except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
         return []
-    return [name for name in names if isinstance(name, str) and Path(name).suffix in (".png", ".gif", ".mp4")
-            and (folder / name).resolve().is_relative_to(folder.resolve())]
+    found = [name for name in names if isinstance(name, str) and (Path(name).suffix in (".png", ".gif", ".mp4") or is_record(name)
+             or name == "solution.nc") and (folder / name).resolve().is_relative_to(folder.resolve())]
+    return found + [str(Path(name).with_suffix(".prj")) for name in found if name.endswith(".asc")]
 
 
 def _drawn(draw: Callable[..., Axes], solution: Solution, **more: Any) -> Figure:

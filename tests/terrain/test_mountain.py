@@ -173,3 +173,19 @@ def test_check_says_what_a_hydrograph_brings(folder, capsys):
     (folder / "short.toml").write_text(SCENE.replace("t_end = 4.0", "t_end = 1.0"))
     assert main(["check", "short.toml"]) == 0
     assert "a hydrograph: 20 m3 by 1 s" in capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("ignore:characteristic speeds:RuntimeWarning")
+def test_a_folder_holds_the_records_of_one_run(folder, capsys):
+    (folder / "out/report.html").mkdir(parents=True)
+    assert main(["run", "valley.toml", "--backend", "numpy", "--out", "out"]) == 2
+    assert "to write report.html into" in capsys.readouterr().err
+    (folder / "out/report.html").rmdir()
+    assert not list((folder / "out").iterdir())  # told before anything was computed
+    assert main(["run", "valley.toml", "--backend", "numpy", "--out", "out"]) == 0
+    (folder / "out/line-mine.csv").write_text("kept")
+    (folder / "bare.toml").write_text("\n".join(line for line in SCENE.splitlines() if not line.startswith("outputs")))
+    assert main(["run", "bare.toml", "--backend", "numpy", "--out", "out"]) == 0
+    left = {path.name for path in (folder / "out").iterdir()}
+    assert not {"gauges.csv", "line-bridge.csv"} & left
+    assert {"line-mine.csv", "max_depth.asc", "report.html"} <= left
