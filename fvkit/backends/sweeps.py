@@ -246,13 +246,21 @@ class PlaneKernel(StepwiseKernel):
         return longest if march.steps % 2 else dt
 
     def trial(self, march: March, dt: float) -> Trial:
+        kept: list[tuple[Any, np.ndarray]] = []
+        try:
+            return self._tried(march, dt, kept)
+        finally:  # also where Ctrl-C ends it: the accepted state is what a run saves
+            for where, values in kept[::-1]:
+                self._put(march.now, where, values)
+
+    def _tried(self, march: March, dt: float, kept: list[tuple[Any, np.ndarray]]) -> Trial:
+        """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
         splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
         first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
         brought = np.zeros(max(len(self.mass_rows), 1))
         if not self.steady_fields:
             self.set_fields(middle)
         start, between = march.now, self._work
-        kept: list[tuple[Any, np.ndarray]] = []
         if self.parts.beside and splitting.before > 0.0:
             if not self._few:
                 self.inside(march.next)[:] = self.inside(start)
@@ -281,8 +289,6 @@ class PlaneKernel(StepwiseKernel):
         later = list(zip(self.parts.beside, self._places, strict=True))[::-1] if splitting.after > 0.0 else []
         few = second.settles and self._few
         other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
-        for where, values in kept[::-1]:
-            self._put(march.now, where, values)
         acted = [where for source, where in later if self._act(source, march.next, splitting.after * dt, brought, where)]
         good = not (few and other.bad)
         for where in acted if few else [None]:

@@ -111,6 +111,10 @@ class Field:
         """The number of its rows."""
         return self.components or 1
 
+    def breaks(self) -> tuple[float, ...]:
+        """Times, s, at which it has a kink or a jump, as ``breaks`` of what was given says: steps end there."""
+        return tuple(self.given.breaks()) if hasattr(self.given, "breaks") else ()
+
     def at(self, t: float) -> np.ndarray:
         """Return its cell averages at time t, (size, num_cells); ValueError, with cell and x, for one that the source refuses."""
         if self._kept is not None:

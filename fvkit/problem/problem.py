@@ -211,9 +211,9 @@ class Problem:
 
     @property
     def breaks(self) -> list[float]:
-        """Times, s, ascending, at which a step must end for the sake of a boundary condition."""
+        """Times, s, ascending, at which a step must end for the sake of a boundary condition or a field."""
         ends = [*self.ends, *(part.first for axis in self.sides for side in axis for part in side)]
-        return sorted({t for end in ends for t in end.breaks()})
+        return sorted({t for part in (*ends, *self.fields) for t in part.breaks()})
 
     def sample(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
         """A few cells of the initial state, spread over the grid, to rehearse pointwise methods on: q, aux, count."""

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit.pointwise import TINY, combine
+from fvkit.pointwise import TINY, combine, maximum, minimum
 from fvkit.problem.fields import seen_as
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
@@ -49,6 +49,10 @@ class Slopes:
         """The number of rows."""
         return len(self.grid.axes) + (len(SECOND[len(self.grid.axes)]) if self.bends else 0)
 
+    def breaks(self) -> tuple[float, ...]:
+        """Return no times: it is steady."""
+        return ()
+
     def at(self, t: float) -> np.ndarray:
         """Return the slopes along each axis, and second derivatives behind them, (size, *grid.shape)."""
         axes = self.grid.axes
@@ -62,6 +66,10 @@ class Slopes:
 
 #: Axes of the second derivatives, by the number of axes.
 SECOND = {1: ((0, 0),), 2: ((0, 0), (0, 1), (1, 1))}
+
+
+#: Speed, m/s, beyond which no flow is turned more: its square, times a curvature of 0, stays a number.
+FASTEST = 1e6
 
 
 def _averaged(values: np.ndarray) -> np.ndarray:
@@ -153,6 +161,7 @@ def turnings(model, before, after, aux):
     for k, phase in enumerate(model.phases):
         row, rows = phase.masses[-1], (phase.momentum, own + k)[:1 if len(before) == own else 2]
         u = [(before[place] + after[place]) / (before[row] + after[row] + TINY) for place in rows]
+        u = [maximum(minimum(one, FASTEST), -FASTEST) for one in u]  # on dry ground a step may leave momenta
         if len(u) == 1:
             result.append(second[0] * u[0] * u[0])
         else:

@@ -16,6 +16,7 @@ from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.terrain.hydrograph import OverTime
 
 #: Time of a step with two axes per cell where something flows, s; share of the relief's potential energy that speeds reach.
 COST, SHARE = 2.5e-7, 0.5
@@ -50,11 +51,21 @@ def _check(options: argparse.Namespace) -> int:
     slope = within_reach(problem, scene.g)
     print(f"{public_name(problem.model)}: {said_of(slope, problem.model)}, where the flow may come")
     for source in problem.sources:
-        print(f"source: {type(source).__name__}" + (f" in {len(cells)} cells" if (cells := source.acts_in()) is not None else ""))
+        print(f"source: {type(source).__name__}" + (f" in {len(cells)} cells" if (cells := source.acts_in()) is not None else "")
+              + _brought(source, scene))
     print(_expected(scene, problem))
     save_all(picture.parent, {picture.name: _picture(scene)})
     print(f"written: {picture}")
     return SUCCESS
+
+
+def _brought(source: Any, scene: Scene) -> str:
+    """What a hydrograph brings in the time of the run, in words."""
+    given = getattr(source, "intensity", None)
+    if not isinstance(given, OverTime):
+        return ""
+    volume = scene.terrain.grid.cell_volume * given.brought(scene.t_end)
+    return f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
 
 
 def _expected(scene: Scene, problem: Any) -> str:

@@ -5,7 +5,7 @@ import json
 import sys
 import warnings
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_of, steep_equations, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
-from fvkit_granular.studies.hazard_report import file_names, write_hazard, write_series
+from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard, write_series
 from fvkit_granular.studies.scene_run import CELLS
 
 #: Key of the configuration that says which files a run wrote beside its solution.
@@ -65,7 +65,9 @@ def register(commands: Any) -> None:
     run.add_argument("--checkpoint", type=Path, metavar="FILE",
                      help="write checkpoints to FILE (.npz) so that an interrupted run can be resumed")
     run.add_argument("--every", type=float, metavar="SECONDS", help="wall time between two checkpoints (default 60)")
-    run.add_argument("--resume", type=Path, metavar="FILE", help="continue the run of a checkpoint, instead of a SCENE")
+    run.add_argument("--resume", type=Path, metavar="FILE",
+                     help="continue the run of a checkpoint; give the SCENE too where the run recorded something at every step, "
+                          "as those on a terrain do")
     run.add_argument("--dt", type=float, metavar="S", help="length of every step, s (default: what the Courant number allows)")
     run.add_argument("--dt-max", type=float, metavar="S", help="longest step, s")
     run.add_argument("--dt-initial", type=float, metavar="S", help="longest first step, s")
@@ -87,7 +89,7 @@ def register(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    if (options.scene is None) == (options.resume is None):
+    if options.scene is None and options.resume is None:
         raise ValueError("fvkit run takes a SCENE, or --resume FILE: give one of them (see fvkit run --help)")
     if options.every is not None and options.checkpoint is None:
         raise ValueError("--every SECONDS says how often --checkpoint FILE is written: give that too")
@@ -98,15 +100,10 @@ def _run(options: argparse.Namespace) -> int:
     if options.checkpoint is not None:
         usable_folder(options.checkpoint.parent, "--checkpoint")
     if options.resume is not None:
-        for name in ("dt", "dt_max", "dt_initial", "stop_at_rest"):
-            if getattr(options, name) is not None:
-                raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
-        _check_pictures(_kept_grid(options.resume), folder, options)
-        solution = resume(options.resume, progress=sys.stderr.isatty(), throw=False)
-        return _show(options.resume.stem, solution, None, options)
+        return _resumed(options, folder)
     chosen = find_scene(options.scene)
     cells = options.cells if options.cells is not None or chosen.terrain is not None else CELLS[len(chosen.axes)]
-    _check_pictures(chosen.grid(cells), folder, options)
+    _check_pictures(chosen.grid(cells), folder, options, file_names(chosen, f".{options.rasters}"))
     watched = _watched(chosen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
@@ -121,7 +118,8 @@ def _run(options: argparse.Namespace) -> int:
                      checkpoint=checkpoint, observers=tuple(watched.values()), backend=options.backend,
                      progress=sys.stderr.isatty(), throw=False)
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
-    kept = f"checkpoint {checkpoint.path}: fvkit run --resume {checkpoint.path}" \
+    again = f"{options.scene} " if watched else ""
+    kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
         code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
@@ -135,17 +133,37 @@ def _run(options: argparse.Namespace) -> int:
     return code
 
 
-def _kept_grid(path: Path) -> Grid:
-    """The grid of the run of a checkpoint."""
-    archive = Archive(path)
+def _resumed(options: argparse.Namespace, folder: Path) -> int:
+    """Go on with the run of a checkpoint, with what its scene records where that is given, and show it."""
+    for name in ("dt", "dt_max", "dt_initial", "stop_at_rest", "cells", "checkpoint"):
+        if getattr(options, name) is not None:
+            raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
+    archive = Archive(options.resume)
     expect_format(archive, CHECKPOINT)
-    return model_and_grid(parsed(archive.text("configuration"), archive.path), archive.path)[1]
+    model, grid = model_and_grid(parsed(archive.text("configuration"), archive.path), archive.path)
+    _check_pictures(grid, folder, options)
+    go_on = partial(resume, options.resume, progress=sys.stderr.isatty(), throw=False)
+    if options.scene is None:
+        noted = parsed(archive.text("plan"), archive.path).get("observers", [])
+        if isinstance(noted, list) and noted:
+            raise ValueError(f"{options.resume} is of a run that recorded something at every step, which its scene describes: "
+                             f"give that too, fvkit run SCENE --resume {options.resume}")
+        return _show(options.resume.stem, go_on(), None, options)
+    chosen = find_scene(options.scene)
+    watched = _watched(chosen)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
+        problem = chosen.problem(model, grid.num_cells)
+    solution = go_on(problem=problem, observers=tuple(watched.values()))
+    reference = chosen.known_reference() if solution.status is Status.FINISHED else None
+    return _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
+                 Recorded(chosen, watched, f".{options.rasters}"))
 
 
-def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace) -> None:
+def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, records: Sequence[str] = ()) -> None:
     """Refuse pictures that cannot be drawn or written, or are of the other number of axes, before anything is computed."""
     axes = len(grid.axes)
-    usable_folder(folder, "--out", _written(axes, options))
+    usable_folder(folder, "--out", (*_written(axes, options), *records))
     if axes > 1 and options.plot:
         raise ValueError(f"--plot {options.plot[0]} draws over one axis, and this scene has two: leave it out, "
                          f"{', '.join(f'{kind}.png' for kind in MAPS)} are written anyway, the last along --line")
@@ -217,7 +235,7 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         film.parent.mkdir(parents=True, exist_ok=True)
         solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
     summary = "" if recorded is None else recorded.write(folder, solution)
-    remove(folder, earlier, but=written)
+    remove(folder, earlier, but=(*written, *(str(Path(name).with_suffix(".prj")) for name in written)))
     scheme = settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
     print(", ".join([f"{name}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
@@ -275,14 +293,15 @@ def _succeeded(folder: Path) -> bool:
 
 
 def _earlier(folder: Path) -> list[str]:
-    """Names of the pictures that an earlier ``fvkit run`` wrote into its folder, as its solution says; none outside."""
+    """Names of what an earlier ``fvkit run`` wrote into its folder beside its solution, as that says; none outside."""
     try:
         with np.load(folder / "solution.npz", allow_pickle=False) as kept:
             names = list(json.loads(str(kept["configuration"]))[FILES])
     except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
         return []
-    return [name for name in names if isinstance(name, str) and Path(name).suffix in (".png", ".gif", ".mp4")
-            and (folder / name).resolve().is_relative_to(folder.resolve())]
+    found = [name for name in names if isinstance(name, str) and (Path(name).suffix in (".png", ".gif", ".mp4") or is_record(name)
+             or name == "solution.nc") and (folder / name).resolve().is_relative_to(folder.resolve())]
+    return found + [str(Path(name).with_suffix(".prj")) for name in found if name.endswith(".asc")]
 
 
 def _drawn(draw: Callable[..., Axes], solution: Solution, **more: Any) -> Figure:

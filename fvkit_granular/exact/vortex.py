@@ -4,6 +4,7 @@ A steady vortex turns each layer by its own push: v^2/r is the pressure gradient
 so that nothing but rest, or the drift, is left a few radii away.
 """
 
+import math
 from typing import Any, ClassVar
 
 import attrs
@@ -48,8 +49,8 @@ class Vortex:
     g: float = validation.number(9.81, above=0.0)
 
     def __attrs_post_init__(self) -> None:
-        if not self.depth > np.e * self.speed**2 / (2.0 * self.g):
-            raise ValueError(f"`depth` must be > e B^2/(2 g) = {np.e * self.speed**2 / (2.0 * self.g):g} m, so that the middle "
+        if not self.depth > math.e * self.speed**2 / (2.0 * self.g):
+            raise ValueError(f"`depth` must be > e B^2/(2 g) = {math.e * self.speed**2 / (2.0 * self.g):g} m, so that the middle "
                              f"is not dry, got {self.depth:g}")
 
     def at(self, x: Any, y: Any, t: float) -> dict[str, FloatArray]:

@@ -72,7 +72,7 @@ class HazardMaps(Observer):
             raise ValueError(f"HazardMaps need a model with a depth, {type(problem.model).__name__} defines no `depth(q)`")
         self._maps = {name: np.full(problem.grid.shape, none) for name, none in MAPS.items()}
         relief = [field for field in problem.fields if isinstance(field, Slopes)]
-        self._slopes = relief[0].at(problem.t_start) if relief else None
+        self._slopes = relief[0].at(problem.t_start)[:len(problem.grid.axes)] if relief else None  # without bends
         self._last = problem.t_start
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:

@@ -20,22 +20,47 @@ WALL, EMPTYING = 1000.0, 1e9
 REACH = 2
 
 
-def corners(terrain: Terrain) -> tuple[tuple[float, float], tuple[float, float]]:
+class Corners(tuple[Any, ...]):
+    """Corners that a scene has taken from its terrain: `attrs.evolve` takes them anew."""
+
+
+class Ground(np.ndarray):
+    """A bottom that a scene has taken from its terrain: `attrs.evolve` takes it anew."""
+
+
+def corners(terrain: Terrain) -> Corners:
     """Return the corners ((x0, y0), (x1, y1)) of a terrain, m."""
     x, y = terrain.grid.axes
-    return (x.lower, y.lower), (x.upper, y.upper)
+    return Corners(((x.lower, y.lower), (x.upper, y.upper)))
 
 
-def ground(terrain: Terrain, gaps: str) -> np.ndarray:
-    """Return the elevation of every cell, (ny, nx), m: without data that of the nearest cell with data, or the top of a wall."""
+def ground(terrain: Terrain, gaps: str) -> Ground:
+    """Return the bottom of a scene on a terrain, see `heights`."""
+    return heights(terrain, gaps).view(Ground)
+
+
+def heights(terrain: Terrain, gaps: str) -> np.ndarray:
+    """Return the elevation of every cell, (ny, nx), m: without data that of the nearest cell with data, or the top of a wall.
+
+    Cells of an outlet have the lowest of their neighbours with data, so that mirror images stay mirror images.
+    """
     if not terrain.missing.any():
         return np.asarray(terrain.bottom)
     if gaps == "wall":
         return np.where(terrain.missing, terrain.range[1] + WALL, terrain.bottom)
     from scipy.ndimage import distance_transform_edt
 
-    nearest = distance_transform_edt(terrain.missing, return_distances=False, return_indices=True)
-    return np.asarray(terrain.bottom[tuple(nearest)])
+    known = np.where(terrain.missing, np.inf, terrain.bottom)
+    for _ in range(REACH + 1):
+        known = np.where(np.isinf(known), _lowest_beside(known), known)
+    nearest = distance_transform_edt(np.isinf(known), return_distances=False, return_indices=True)
+    return np.asarray(known[tuple(nearest)])
+
+
+def _lowest_beside(values: np.ndarray) -> np.ndarray:
+    """The lowest of the four neighbours of each cell."""
+    wide = np.pad(values, 1, constant_values=np.inf)
+    return np.minimum(np.minimum(wide[2:, 1:-1], wide[:-2, 1:-1]), np.minimum(wide[1:-1, 2:], wide[1:-1, :-2]))
 
 
 def outlet(terrain: Terrain, gaps: str) -> tuple[Drain, ...]:
@@ -47,6 +72,11 @@ def outlet(terrain: Terrain, gaps: str) -> tuple[Drain, ...]:
     beside = binary_dilation(~terrain.missing, np.ones((3, 3)), REACH) & terrain.missing
     rate: Any = np.where(beside, EMPTYING, 0.0)
     return (Drain(rate),)
+
+
+def no_flow(x: np.ndarray, y: np.ndarray) -> dict[str, Any]:
+    """Dry ground."""
+    return {"h": 0.0 * (x + y), "phi": 0.0}
 
 
 @attrs.frozen(eq=False)

@@ -16,7 +16,7 @@ from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
 from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
 from fvkit_granular.models.two_phase import TwoPhase
-from fvkit_granular.scenes.mountain import GAPS, ReleasedFlow, check_release, corners, ground, outlet
+from fvkit_granular.scenes.mountain import GAPS, Corners, Ground, ReleasedFlow, check_release, corners, ground, no_flow, outlet
 from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
@@ -44,6 +44,8 @@ def _reference(value: Any) -> Any:
 
 def _interval(value: Any, name: str) -> Any:
     """Return (lower, upper), two numbers, or two corners with two axes, checked."""
+    if isinstance(value, Corners):
+        return value
     given = value.tolist() if isinstance(value, np.ndarray) else value
     if not isinstance(given, (tuple, list)) or len(given) != 2 or not any(isinstance(end, (tuple, list)) for end in given):
         return validation.interval(value, name)
@@ -56,11 +58,6 @@ def _interval(value: Any, name: str) -> Any:
 
 #: Cells on which a scene without a terrain looks at its slopes, by the number of axes.
 DECIDING = {1: 400, 2: 100}
-
-
-def _nothing(x: np.ndarray, y: np.ndarray) -> dict[str, Any]:
-    """Dry ground."""
-    return {"h": 0.0 * (x + y), "phi": 0.0}
 
 
 @attrs.frozen(eq=False)
@@ -85,7 +82,7 @@ class Scene:
     name, description : for lists and reports; the description tells where the case comes from.
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
     slope : equations of a model that is given as a class: "mild", "steep", or "auto" for the steep ones where the flow may reach
-        ground steeper than 10 degrees.
+        ground steeper than 10 degrees, and with `Curvature`.
     terrain : `Terrain`, the ground, in place of ``interval`` and ``bottom``; it brings its own cells.
     release : `Release` on that terrain, in place of ``initial``.
     phi : solid fraction of the release, in [0, 1], where it gives none.
@@ -138,6 +135,7 @@ class Scene:
         validation.real(self.t_end, "t_end", above=0.0)
         validation.function(self.initial, "initial", hint="x -> {h, phi, vs, vf}, or of x and y")
         object.__setattr__(self, "boundary", (boundary_pair if len(self.axes) == 1 else four_sides)(self.boundary))
+        self._check_watch()
         check_arguments(self.initial, len(self.axes), "initial")
         if callable(self.bottom):
             check_arguments(self.bottom, len(self.axes), "bottom")
@@ -149,18 +147,42 @@ class Scene:
     def _lie_on_terrain(self) -> None:
         """Take interval, bottom and initial flow from the terrain and the release."""
         where = corners(self.terrain)
-        if self.interval not in (None, where):
+        if not isinstance(self.interval, Corners) and self.interval not in (None, where):
             raise ValueError(f"`interval` must be left out with a `terrain`, whose corners are {where}, got {self.interval}: cut "
                              "it with `window` of gr.read_terrain")
+        if not isinstance(self.bottom, Ground) and not (np.isscalar(self.bottom) and self.bottom == 0.0):
+            raise ValueError("`bottom` must be left out with a `terrain`, which is the ground, got "
+                             f"{validation.shown(self.bottom)}: change the heights, gr.Terrain(terrain.grid, heights)")
+        if isinstance(self.initial, ReleasedFlow) or self.initial is no_flow:
+            object.__setattr__(self, "initial", None)
         if self.release is not None:
             check_release(self.release, self.terrain)
+            if self.initial is not None and not getattr(self.initial, "of_release", False):
+                raise ValueError("`initial` and `release` exclude each other, got both: leave one out")
+        elif self.phi is not None:
+            raise ValueError(f"`phi` is the solid fraction of a `release`, got {self.phi:g} without one: `initial` gives its "
+                             "own, gr.read_hydrograph has a column")
         elif self.initial is None and not self.sources:
             raise ValueError("a scene on a terrain must have a `release`, an `initial` flow, or `sources` such as gr.Rain")
+        if self._bends and self.gaps == "wall" and self.terrain.missing.any():
+            raise ValueError("`gaps` must be \"outlet\" with gr.Curvature, got \"wall\", whose cliffs would bend the flow beside "
+                             "them: or fill the gaps, terrain.filled()")
         object.__setattr__(self, "interval", where)
-        if np.isscalar(self.bottom):
-            object.__setattr__(self, "bottom", ground(self.terrain, self.gaps))
+        object.__setattr__(self, "bottom", ground(self.terrain, self.gaps))
         if self.initial is None:
-            object.__setattr__(self, "initial", _nothing if self.release is None else ReleasedFlow(self.release, self.phi))
+            object.__setattr__(self, "initial", no_flow if self.release is None else ReleasedFlow(self.release, self.phi))
+
+    def _check_watch(self) -> None:
+        """Refuse gauges and lines outside of the scene, and gauges where its terrain has no data."""
+        grid = self.grid(None if self.terrain is not None else 1)
+        if self.watch.gauges:
+            cells = grid.cells_at(self.watch.gauges, "`gauges`")
+            if self.terrain is not None and self.terrain.missing.flat[cells].any():
+                place = self.watch.gauges[int(self.terrain.missing.flat[cells].argmax())]
+                raise ValueError(f"`gauges` must lie where the terrain has data, got {place}: move it, or fill the gap")
+        if len(self.axes) > 1:
+            for name, line in self.watch.lines.items():
+                grid.cells_at(line, f"`lines`, {name},")
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -193,15 +215,22 @@ class Scene:
     def equations(self) -> str:
         """The equations of a model that is given as a class, "mild" or "steep".
 
-        Those of ``slope``; for "auto" the steep ones where the flow may reach ground steeper than 10 degrees, on the grid of the
-        terrain, else on 400 cells, or 100 x 100.
+        Those of ``slope``; for "auto" the steep ones with a source that needs them, such as `Curvature`, and where the flow may
+        reach ground steeper than 10 degrees, on the grid of the terrain, else on 400 cells, or 100 x 100.
         """
         if self.slope != "auto":
             return self.slope
+        if self._bends:
+            return "steep"
         fixed = np.shape(self.bottom)[::-1] if not callable(self.bottom) else ()
         grid = self.grid(None if self.terrain is not None else (fixed if len(fixed) > 1 else fixed[0]) if fixed else
                          DECIDING[len(self.axes)])
         return "steep" if needs_steep(within_reach(self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid), self.g)) else "mild"
+
+    @property
+    def _bends(self) -> bool:
+        """Whether a source needs the equations for steep ground."""
+        return any(source.bends for source in self.sources)
 
     def model(self, model: Any) -> Model:
         """Return ``model`` if it is an instance; a class gets the scene's g and gamma, and its ``equations``."""
@@ -219,7 +248,8 @@ class Scene:
         `fvkit_granular.scenes.slope`.
         """
         own = isinstance(model, type) and issubclass(model, Model)
-        chosen = self._made(model, {}) if own else self.model(model)  # mistakes of the scene are told on these cells
+        plain = own and not self._bends
+        chosen = self._made(model, {}) if plain else self.model(model)  # mistakes of the scene are told on these cells
         if not callable(getattr(chosen, "conserved_from", None)):
             raise ValueError(f"`model` of a scene must make its state of h, phi, vs and vf, but {type(chosen).__name__} has no "
                              "`conserved_from`: take a model of fvkit_granular, or build a fvkit.Problem")
@@ -232,7 +262,7 @@ class Scene:
                              "it with another `cell`, gr.read_terrain(path, cell=10.0)")
         result = self._problem(chosen, grid)
         self._refuse_gaps(grid)
-        if own and steep_equations(self.model(model)):
+        if plain and steep_equations(self.model(model)):
             return self._problem(self.model(model), grid)
         if not steep_equations(chosen):
             warn_of_steep_ground(within_reach(result, self.g))

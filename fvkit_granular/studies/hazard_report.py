@@ -40,6 +40,15 @@ def file_names(scene: Scene, ending: str) -> list[str]:
     return [*rasters, *(f"{name}.png" for name, _, _, least in RASTERS if least is not None), *series, "report.html"]
 
 
+def is_record(name: str) -> bool:
+    """Whether a name is one of those that `write_hazard` gives to its rasters, series and report."""
+    stem, ending = Path(name).stem, Path(name).suffix
+    if name != Path(name).name:
+        return False
+    raster = ending in (".asc", ".tif") and stem in ("deposit", *(known for known, *_ in RASTERS))
+    return raster or name in ("gauges.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
+
+
 def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
     """Write rasters, maps, series and the report of a run on a terrain into a folder, and return what is to be printed.
 

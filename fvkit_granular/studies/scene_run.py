@@ -1,8 +1,7 @@
 """`SceneRun`: a function of parameters by name that runs a scene, for sweeps and fits."""
 import inspect
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
@@ -136,7 +135,7 @@ class SceneRun:
         factors = {name: validation.real(left.pop(f"initial.{name}"), f"initial.{name}", hint="a factor")
                    for name in flow_names(len(scene.axes)) if f"initial.{name}" in left}
         if factors:
-            changes["initial"] = partial(_scaled, scene, factors)
+            changes["initial"] = Scaled(scene, factors)
         sources = list(scene.sources)
         for name in [name for name in left if name.startswith("sources.")]:
             _change_source(sources, name, left.pop(name))
@@ -152,13 +151,28 @@ class SceneRun:
         return attrs.evolve(model, **fields)
 
 
-def _scaled(scene: Scene, factors: Mapping[str, float], *places: np.ndarray) -> dict[str, Any]:
-    flow = dict(scene.initial(*places))
-    if "surface" in flow and "h" in factors:
-        b, factors = scene.height(*places), dict(factors)
-        flow = {name: value for name, value in flow.items() if name != "h"}
-        flow["surface"] = b + factors.pop("h") * (flow["surface"] - b)
-    return flow | {name: factor * np.asarray(flow.get(name, 0.0)) for name, factor in factors.items()}
+@attrs.frozen(eq=False)
+class Scaled:
+    """The initial flow of a scene with a factor on each of some values.
+
+    Parameters
+    ----------
+    scene : whose flow it is.
+    factors : {name: factor}.
+    """
+
+    of_release: ClassVar[bool] = True  #: a scene may have it beside its release
+
+    scene: Scene
+    factors: Mapping[str, float]
+
+    def __call__(self, *places: np.ndarray) -> dict[str, Any]:
+        flow, factors = dict(self.scene.initial(*places)), dict(self.factors)
+        if "surface" in flow and "h" in factors:
+            b = self.scene.height(*places)
+            flow = {name: value for name, value in flow.items() if name != "h"}
+            flow["surface"] = b + factors.pop("h") * (flow["surface"] - b)
+        return flow | {name: factor * np.asarray(flow.get(name, 0.0)) for name, factor in factors.items()}
 
 
 def _change_source(sources: list[Any], name: str, value: Any) -> None:

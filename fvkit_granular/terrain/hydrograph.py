@@ -33,6 +33,16 @@ class OverTime:
         """Numbers of the cells where the map is not 0."""
         return np.flatnonzero(self.shape)
 
+    def breaks(self) -> tuple[float, ...]:
+        """Return the times between which it is linear: steps end there, so that no rise is skipped."""
+        return tuple(self.times.tolist())
+
+    def brought(self, until: float) -> float:
+        """Return the integral of the sum of the map from the first time to another, s."""
+        inside = np.union1d(self.times[self.times <= until], min(max(until, self.times[0]), self.times[-1]))
+        rates = np.interp(inside, self.times, self.values)
+        return float(self.shape.sum() * (0.5 * np.diff(inside) * (rates[1:] + rates[:-1])).sum())
+
     def averages(self, t: float) -> np.ndarray:
         """Return the map at time t, (ny, nx)."""
         return np.asarray(self.shape * np.interp(t, self.times, self.values, left=0.0, right=0.0))
@@ -45,7 +55,8 @@ class OverTime:
 def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     """Read a hydrograph that comes in through an area of a terrain: a source of mass, spread evenly over polygons.
 
-    It brings no momentum. Linear between its times; nothing before the first and after the last.
+    It brings no momentum. Linear between its times; nothing before the first and after the last. Time
+    steps end at its times, so the volume is exact where phi is constant.
 
     Parameters
     ----------
@@ -85,6 +96,9 @@ def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     ground: Terrain = validation.instance(terrain, "terrain", Terrain)
     table = read_columns(Path(path))
     times = table.ascending("t", "time", "for a jump put two rows close together")
+    if len(times) < 2:
+        raise ValueError(f"{path}: a hydrograph must have two rows or more, since nothing comes in before the first and after "
+                         "the last, got 1: for a steady inflow put the end time into a second row")
     discharge, phi = table.column("discharge", "volume rate"), table.column("phi", "share")
     for name, values, highest in (("discharge", discharge, np.inf), ("phi", phi, 1.0)):
         wrong = np.flatnonzero((values < 0.0) | (values > highest))

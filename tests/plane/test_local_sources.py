@@ -5,6 +5,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
+from fvkit.backends.numpy_sweeps import NumpySweep
 from tests.plane.problems import CLOSED, hillside, state
 
 
@@ -54,3 +55,21 @@ def test_a_slow_drain_decays():
     model = gr.ShallowWater()
     problem = fv.Problem(model, grid, state(model, np.ones(grid.shape), 1.0), 2.0, boundary=CLOSED, sources=gr.Drain(0.3))
     np.testing.assert_allclose(fv.solve(problem, backend="numpy").q[-1, 0], np.exp(-0.6), rtol=1e-13)
+
+
+def test_an_interrupted_step_leaves_the_last_accepted_state(monkeypatch):
+    """Sources in few cells act on it in place: what they brought to a step that Ctrl-C ends is taken back."""
+    calls, run = [], NumpySweep.run
+
+    def interrupted(*given):
+        calls.append(given)
+        if len(calls) == 40:
+            raise KeyboardInterrupt
+        return run(*given)
+
+    monkeypatch.setattr(NumpySweep, "run", interrupted)
+    solution = fv.solve(spring(gr.Rain, gr.TwoPhase()), backend="numpy", nonhyperbolic="ignore", throw=False,
+                        step=fv.Step(dt_initial=0.1))
+    assert solution.status is fv.Status.INTERRUPTED
+    assert solution.stats.entered_by_sources["hs"] > 0.0
+    assert max(abs(drift) for drift in solution.stats.mass_drift.values()) < 1e-13
