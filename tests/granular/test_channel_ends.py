@@ -1,4 +1,6 @@
 """Hydrograph, Stage and UniformSlope: what enters is what the table says, levels are kept, uniform flow leaves unhindered."""
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -7,6 +9,9 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.schemes.riemann import default_riemann
 
+#: These tests are about the equations for mild slopes, whatever the ground.
+mild_scene = partial(gr.Scene, slope="mild")
+
 MODELS = [gr.TwoPhase, gr.ShallowWater, gr.Reduced, gr.PitmanLe, gr.TwoLayer]
 BACKENDS = ["numpy", "numba"]
 FLOOD = gr.Hydrograph(times=[0.0, 4.0, 10.0], discharge=[0.0, 1.5, 0.5], phi=[0.2, 0.5, 0.5])
@@ -14,7 +19,7 @@ FLOOD = gr.Hydrograph(times=[0.0, 4.0, 10.0], discharge=[0.0, 1.5, 0.5], phi=[0.
 
 def channel(boundary, t_end=8.0, slope=0.01, **flow):
     state = {"h": 0.4, "phi": 0.3} | flow
-    return gr.Scene((0.0, 50.0), t_end, lambda x: {name: value + 0.0 * x for name, value in state.items()},
+    return mild_scene((0.0, 50.0), t_end, lambda x: {name: value + 0.0 * x for name, value in state.items()},
                     bottom=lambda x: -slope * x, boundary=boundary, sources=gr.Manning(0.03))
 
 
@@ -74,7 +79,7 @@ def test_backends_agree_on_a_flood_with_rejected_steps():
 
 
 def test_no_inflow_keeps_water_at_rest_over_a_slope(backend):
-    scene = gr.Scene((0.0, 10.0), 2.0, lambda x: {"h": 1.0 - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
+    scene = mild_scene((0.0, 10.0), 2.0, lambda x: {"h": 1.0 - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
                      boundary=(gr.Hydrograph(0.0, 0.0, 0.4), fv.Outflow()))
     problem = scene.problem(gr.TwoPhase, 30)
     np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, atol=1e-13)
@@ -82,7 +87,7 @@ def test_no_inflow_keeps_water_at_rest_over_a_slope(backend):
 
 def test_a_given_depth_lets_a_flow_in_that_is_faster_than_its_waves(backend):
     state = {"h": 0.5, "phi": 0.3, "vs": 6.0, "vf": 6.0}
-    scene = gr.Scene((0.0, 10.0), 3.0, lambda x: {name: value + 0.0 * x for name, value in state.items()},
+    scene = mild_scene((0.0, 10.0), 3.0, lambda x: {name: value + 0.0 * x for name, value in state.items()},
                      boundary=(gr.Hydrograph(0.0, 3.0, 0.3, depth=0.5), fv.Outflow()))
     problem = scene.problem(gr.TwoPhase, 20)
     np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, atol=1e-12)
@@ -91,7 +96,7 @@ def test_a_given_depth_lets_a_flow_in_that_is_faster_than_its_waves(backend):
 @pytest.mark.parametrize("model", [gr.TwoPhase, gr.ShallowWater, gr.Reduced], ids=lambda kind: kind.__name__)
 def test_a_stage_keeps_a_lake_of_its_level_and_lets_a_higher_one_off(model, backend):
     def lake(level):
-        return gr.Scene((0.0, 10.0), 150.0, lambda x: {"h": level - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
+        return mild_scene((0.0, 10.0), 150.0, lambda x: {"h": level - 0.05 * x, "phi": 0.4}, bottom=lambda x: 0.05 * x,
                         boundary=(fv.Wall(), gr.FixedLevel(1.0, phi=0.4)), sources=gr.Manning(0.2)).problem(model, 30)
 
     at_rest = lake(1.0)
@@ -101,7 +106,7 @@ def test_a_stage_keeps_a_lake_of_its_level_and_lets_a_higher_one_off(model, back
 
 
 def test_a_stage_fills_a_dry_basin_with_what_it_holds(backend):
-    scene = gr.Scene((0.0, 10.0), 60.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, boundary=(gr.FixedLevel(0.5, phi=0.2), fv.Wall()),
+    scene = mild_scene((0.0, 10.0), 60.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, boundary=(gr.FixedLevel(0.5, phi=0.2), fv.Wall()),
                      sources=gr.Manning(0.2))
     solution = fv.solve(scene.problem(gr.TwoPhase(dry=1e-6), 30), backend=backend)
     seen = solution.observables()
@@ -114,13 +119,13 @@ def test_uniform_flow_leaves_unhindered_on_a_slope(slope, backend):
     # Manning: slope = n^2 v^2 / h^(4/3)
     h, n, fall = 0.5, 0.03, 0.02
     v = np.sqrt(fall) * h ** (2.0 / 3.0) / n
-    scene = gr.Scene((0.0, 40.0), 20.0, lambda x: {"h": h + 0.0 * x, "phi": 0.0, "vf": v}, bottom=lambda x: -fall * x,
+    scene = mild_scene((0.0, 40.0), 20.0, lambda x: {"h": h + 0.0 * x, "phi": 0.0, "vf": v}, bottom=lambda x: -fall * x,
                      sources=gr.Manning(n), boundary=(gr.UniformSlope(-fall), gr.UniformSlope(slope)))
     problem = scene.problem(gr.ShallowWater, 40)
     change = fv.solve(problem, backend=backend).q[-1] / problem.q0 - 1.0
     assert np.abs(change).max() < 5e-3  # splitting, alike in every cell
     assert np.ptp(change, axis=1).max() < 1e-12
-    held_back = fv.solve(gr.Scene(scene.interval, scene.t_end, scene.initial, scene.bottom, sources=scene.sources)
+    held_back = fv.solve(mild_scene(scene.interval, scene.t_end, scene.initial, scene.bottom, sources=scene.sources)
                          .problem(gr.ShallowWater, 40), backend=backend)
     assert np.ptp(held_back.q[-1] / problem.q0, axis=1).max() > 0.01
 

@@ -1,4 +1,6 @@
 """Ends over ground that goes on: a lake keeps its level, a river its depth, and what is given enters."""
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -6,6 +8,9 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.problem.slopes import end_step
 from fvkit.schemes.riemann import default_riemann
+
+#: These tests are about the equations for mild slopes, whatever the ground.
+mild_scene = partial(gr.Scene, slope="mild")
 
 MODELS = [gr.TwoPhase, gr.ShallowWater, gr.Reduced, gr.PitmanLe, gr.TwoLayer]
 GROUNDS = {"falls": lambda x: -0.05 * x, "rises": lambda x: 0.05 * x, "steep": lambda x: -0.3 * x,
@@ -60,7 +65,7 @@ def test_the_rate_of_change_of_a_lake_is_zero():
 def river(law, h, v, boundary, slope=SLOPE, t_end=30.0, left_falls=False):
     """A uniform flow down a plane: to the right, or its mirror image."""
     sign = -1.0 if left_falls else 1.0
-    scene = gr.Scene((-50.0, 50.0), t_end, lambda x: {"h": h + 0.0 * x, "phi": 0.4, "vs": sign * v, "vf": sign * v},
+    scene = mild_scene((-50.0, 50.0), t_end, lambda x: {"h": h + 0.0 * x, "phi": 0.4, "vs": sign * v, "vf": sign * v},
                      bottom=lambda x: -sign * slope * x, sources=law, boundary=boundary[::-1] if left_falls else boundary)
     return scene.problem(gr.ShallowWater, 50)
 
@@ -101,7 +106,7 @@ def test_uniform_flow_leaves_a_fifth_order_scheme_uniform():
 def test_a_river_that_starts_too_deep_leaves_at_its_own_depth():
     slope, q = 1e-3, 2.0
     h = (q * MANNING / np.sqrt(slope)) ** 0.6
-    scene = gr.Scene((0.0, 5000.0), 20_000.0, lambda x: {"h": 1.5 * h + 0.0 * x, "phi": 0.0, "vf": q / h, "vs": q / h},
+    scene = mild_scene((0.0, 5000.0), 20_000.0, lambda x: {"h": 1.5 * h + 0.0 * x, "phi": 0.0, "vf": q / h, "vs": q / h},
                      bottom=lambda x: -slope * x, boundary=(gr.Hydrograph(0.0, q, 0.0), fv.Outflow()), sources=gr.Manning(MANNING))
     np.testing.assert_allclose(fv.solve(scene.problem(gr.ShallowWater, 50), backend="numpy").q[-1][0], h, rtol=1e-3)
 
@@ -149,7 +154,7 @@ def test_a_subcritical_flow_has_the_stage_at_its_end():
 @pytest.mark.parametrize("level", [([1.0, 1.0, 1.5], [0.0, 10.0, 110.0]), (lambda t: 1.0 + 0.005 * max(t - 10.0, 0.0), (0.0,))],
                          ids=["table", "function"])
 def test_a_basin_follows_a_level_that_rises(level, backend):
-    scene = gr.Scene((0.0, 10.0), 90.0, lambda x: {"h": 1.0 + 0.05 * x, "phi": 0.0}, bottom=lambda x: -0.05 * x,
+    scene = mild_scene((0.0, 10.0), 90.0, lambda x: {"h": 1.0 + 0.05 * x, "phi": 0.0}, bottom=lambda x: -0.05 * x,
                      boundary=(fv.Wall(), gr.FixedLevel(level[0], times=level[1])), sources=gr.Manning(0.1))
     solution = fv.solve(scene.problem(gr.ShallowWater, 20), backend=backend, times=[10.0, 90.0])
     np.testing.assert_allclose(solution.observables(-2)["surface"], 1.0, atol=1e-12)
@@ -168,7 +173,7 @@ def test_a_hydrograph_takes_a_depth_against_time(tmp_path, backend):
     def given(t):
         h, q = np.interp(t, times, depth), np.interp(t, times, discharge)
         return model.conserved_from(h, 0.3, q / h, q / h)
-    scene = gr.Scene((0.0, 20.0), 4.0, lambda x: {"h": 0.4 + 0.0 * x, "phi": 0.3, "vs": 5.0, "vf": 5.0}, boundary=(flood, fv.Outflow()))
+    scene = mild_scene((0.0, 20.0), 4.0, lambda x: {"h": 0.4 + 0.0 * x, "phi": 0.3, "vs": 5.0, "vf": 5.0}, boundary=(flood, fv.Outflow()))
     ends = [fv.solve(fv.Problem(model, fv.Grid(0.0, 20.0, 40), scene.problem(model, 40).q0, 4.0, boundary=(end, fv.Outflow())),
                      backend=backend) for end in (flood, fv.Inflow(given))]
     np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], rtol=1e-9)
@@ -178,7 +183,7 @@ def test_a_hydrograph_takes_a_depth_against_time(tmp_path, backend):
 def test_an_outflow_goes_on_level_where_the_ground_rises():
     """Water that sways in a valley whose sides go on rising: a river that came down them would never end."""
     def swayed(end):
-        scene = gr.Scene((-10.0, 10.0), 20.0, lambda x: {"h": np.maximum(1.0 - 0.05 * np.abs(x), 0.0), "phi": 0.4, "vs": 1.0, "vf": 1.0},
+        scene = mild_scene((-10.0, 10.0), 20.0, lambda x: {"h": np.maximum(1.0 - 0.05 * np.abs(x), 0.0), "phi": 0.4, "vs": 1.0, "vf": 1.0},
                          bottom=lambda x: 0.05 * np.abs(x), sources=gr.Manning(0.03), boundary=end)
         return fv.solve(scene.problem(gr.ShallowWater, 40), backend="numpy").q[-1]
 
@@ -188,7 +193,7 @@ def test_an_outflow_goes_on_level_where_the_ground_rises():
 
 @pytest.mark.parametrize("slope", [-0.2, 0.2])
 def test_a_block_runs_off_either_end_of_a_plane_and_leaves_it_dry(slope, backend):
-    scene = gr.Scene((-20.0, 20.0), 30.0, lambda x: {"h": np.where(np.abs(x) < 3.0, 1.0, 0.0), "phi": 0.4}, bottom=lambda x: slope * x,
+    scene = mild_scene((-20.0, 20.0), 30.0, lambda x: {"h": np.where(np.abs(x) < 3.0, 1.0, 0.0), "phi": 0.4}, bottom=lambda x: slope * x,
                      sources=gr.Manning(0.03))
     solution = fv.solve(scene.problem(gr.TwoPhase, 40), backend=backend)
     assert gr.TwoPhase().depth(solution.q[-1]).max() < 0.01
@@ -212,7 +217,7 @@ def test_a_slope_is_given_or_seen_and_a_cliff_is_none():
 def test_a_lake_at_an_end_has_no_more_head_than_its_level(riemann):
     """Onto dry ground it pours as a dam breaks, from either end; on a shore it comes to rest at its level."""
     def volume(interval, cells, start, boundary, inside):
-        scene = gr.Scene(interval, 4.0, lambda x: {"h": np.where(x < start, 5.0, 0.0), "phi": 0.0}, boundary=boundary)
+        scene = mild_scene(interval, 4.0, lambda x: {"h": np.where(x < start, 5.0, 0.0), "phi": 0.0}, boundary=boundary)
         solution = fv.solve(scene.problem(gr.ShallowWater, cells), fv.WavePropagation(riemann), backend="numpy")
         assert solution.q[-1, 0].max() < 5.05
         return solution.q[-1, 0][inside].sum() * (interval[1] - interval[0]) / cells
@@ -220,6 +225,6 @@ def test_a_lake_at_an_end_has_no_more_head_than_its_level(riemann):
     lake = volume((-100.0, 20.0), 480, 0.0, fv.Wall(), slice(400, None))
     for boundary in ((gr.FixedLevel(5.0), fv.Wall()), (fv.Wall(), gr.FixedLevel(5.0))):
         assert 0.8 * lake < volume((0.0, 20.0), 80, -1.0, boundary, slice(None)) < 1.1 * lake
-    shore = gr.Scene((0.0, 20.0), 40.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, bottom=lambda x: x, boundary=(gr.FixedLevel(5.0), fv.Wall()))
+    shore = mild_scene((0.0, 20.0), 40.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, bottom=lambda x: x, boundary=(gr.FixedLevel(5.0), fv.Wall()))
     solution = fv.solve(shore.problem(gr.ShallowWater, 40), fv.WavePropagation(riemann), backend="numpy")
     assert solution.q[-1, 0].sum() * 0.5 == pytest.approx(12.5, rel=0.02)

@@ -1,7 +1,7 @@
 """Friction at the bed: rest to the last bit, motion against exact solutions and an ODE solver, and every state it may meet."""
 
 import copy
-from functools import cache
+from functools import cache, partial
 
 import attrs
 import numpy as np
@@ -14,6 +14,9 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular import exact
 from tests.cases import averages, l1, name_of, orders, solve
+
+#: These tests are about the equations for mild slopes, whatever the ground.
+mild_scene = partial(gr.Scene, slope="mild")
 
 MODELS = (gr.ShallowWater, gr.Reduced, gr.TwoPhase)
 SOLVERS = (gr.Relaxation(), fv.Roe(), fv.HLL(), fv.Rusanov())
@@ -103,7 +106,7 @@ def test_a_kinked_and_curved_pile_on_a_rough_bed_rests_at_second_order(riemann):
     def depth(x):
         return np.maximum(0.0, 0.4 * np.cos(x) + 0.05 * np.abs(np.sin(3.0 * x)) + np.where(np.abs(x) < 0.5, 0.02, 0.0))
 
-    scene = gr.Scene((-3.0, 3.0), 2.0, lambda x: {"h": depth(x), "phi": 1.0}, bottom=lambda x: 0.1 * np.sin(5.0 * x), gamma=5e-4,
+    scene = mild_scene((-3.0, 3.0), 2.0, lambda x: {"h": depth(x), "phi": 1.0}, bottom=lambda x: 0.1 * np.sin(5.0 * x), gamma=5e-4,
                      sources=gr.CoulombFriction(1.5))
     for splitting in (fv.Strang(), fv.Godunov()):
         assert_rests(solve(scene.problem(gr.TwoPhase, 90), fv.WavePropagation(riemann, splitting=splitting)))
@@ -123,7 +126,7 @@ def needed(problem):
 @pytest.mark.parametrize("model", MODELS[:2], ids=lambda kind: kind.__name__)
 def test_a_rough_inclined_bed_rests_2_percent_above_need_and_moves_2_percent_below(model, order):
     def scene(nu):
-        return gr.Scene((0.0, 4.0), 0.5, lambda x: {"h": 1.0 + 0.1 * np.sin(3.0 * x), "phi": 0.7},
+        return mild_scene((0.0, 4.0), 0.5, lambda x: {"h": 1.0 + 0.1 * np.sin(3.0 * x), "phi": 0.7},
                         bottom=lambda x: -0.1 * x + 0.05 * np.sin(7.0 * x), sources=gr.CoulombFriction(nu))
 
     need = needed(scene(1.0).problem(model, 80))
@@ -170,7 +173,7 @@ def test_the_semi_discrete_scheme_rests_too():
 def test_a_layer_above_its_angle_starts_with_the_net_force(excess, splitting):
     """If faces and cells both took friction, layers would rest up to twice their angle."""
     slope = 0.3 * excess
-    scene = gr.Scene((0.0, 40.0), 1.0, lambda x: {"h": 0.5, "phi": 1.0}, bottom=lambda x: -slope * x, sources=gr.CoulombFriction(0.3))
+    scene = mild_scene((0.0, 40.0), 1.0, lambda x: {"h": 0.5, "phi": 1.0}, bottom=lambda x: -slope * x, sources=gr.CoulombFriction(0.3))
     problem = scene.problem(gr.ShallowWater, 200)
     stepper = fv.Stepper(problem, fv.WavePropagation(gr.Relaxation(), order=1, splitting=splitting), "numpy")
     for _ in range(40):
@@ -197,7 +200,7 @@ def test_a_block_stops_when_it_should_to_the_last_bit(order):
 
 def test_the_block_of_every_model_feels_its_own_load():
     for model, share in ((gr.ShallowWater, 1.0), (gr.Reduced, 1.0 - 0.5 / 0.8), (gr.TwoPhase, 0.5)):
-        scene = gr.Scene((0.0, 1.0), 0.2, lambda x: {"h": 1.0, "phi": 0.6, "vs": 2.0, "vf": 2.0}, boundary=fv.Periodic(),
+        scene = mild_scene((0.0, 1.0), 0.2, lambda x: {"h": 1.0, "phi": 0.6, "vs": 2.0, "vf": 2.0}, boundary=fv.Periodic(),
                          sources=gr.CoulombFriction(0.5))
         seen = solve(scene.problem(model, 10)).observables()
         np.testing.assert_allclose(seen["vs" if model is gr.TwoPhase else "v"], exact.block_stop(2.0, 0.5 * share, 0.2), rtol=1e-12)
@@ -211,7 +214,7 @@ def sliding_error(model, cells, order, dry, drag=()):
     buoyancy = 0.0 if model is gr.ShallowWater else 0.5 / 0.8
     shallow = exact.shallow_water_riemann((2.0, 0.0), (0.0 if dry else 1.0, 0.0))
     solved = exact.accelerated(shallow, exact.sliding_acceleration(slope, nu, G, buoyancy), v0)
-    scene = gr.Scene((-10.0, 10.0), 0.5, lambda x: {"h": np.where(x < 0.0, 2.0, 0.0 if dry else 1.0), "phi": phi, "vs": v0, "vf": v0},
+    scene = mild_scene((-10.0, 10.0), 0.5, lambda x: {"h": np.where(x < 0.0, 2.0, 0.0 if dry else 1.0), "phi": phi, "vs": v0, "vf": v0},
                      bottom=lambda x: -slope * x, sources=(gr.CoulombFriction(nu), *drag))
     solution = solve(scene.problem(model, 2 * cells), fv.WavePropagation(gr.Relaxation(), order=order))
     near = np.abs(solution.grid.centers) < 5.0
@@ -416,7 +419,7 @@ def test_the_compiled_backend_agrees_with_numpy(law, model, riemann, order):
     def flow(x):
         return {"h": np.where(x < 0.0, 2.0, 0.5) + 0.3 * np.exp(-(x - 2.0) ** 2), "phi": 0.5 + 0.1 * np.sin(x)}
 
-    problem = gr.Scene((-5.0, 5.0), 9.0, flow, bottom=lambda x: 0.1 * np.sin(x), sources=law).problem(model, 80)
+    problem = mild_scene((-5.0, 5.0), 9.0, flow, bottom=lambda x: 0.1 * np.sin(x), sources=law).problem(model, 80)
     compiled, plain = (fv.Stepper(problem, fv.WavePropagation(riemann, order=order), backend)
                        for backend in (runs_on("numba"), "numpy"))
     for _ in range(50):
