@@ -152,7 +152,8 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
     chosen = find_scene(options.scene)
     watched = _watched(chosen)
     if not callable(getattr(model, "conserved_from", None)):
-        raise ValueError(f"--resume {options.resume} is of a run of {public_name(model)}, which no scene has made: leave SCENE out")
+        raise ValueError(f"--resume {options.resume} is of a run of {public_name(model)}, which no scene has made: leave "
+                         "SCENE out")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
         problem = chosen.problem(model, grid.num_cells)
