@@ -151,6 +151,9 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
         return _show(options.resume.stem, go_on(), None, options)
     chosen = find_scene(options.scene)
     watched = _watched(chosen)
+    if not callable(getattr(model, "conserved_from", None)):
+        raise ValueError(f"--resume {options.resume} is of a run of {public_name(model)}, which no scene has made: leave "
+                         "SCENE out")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
         problem = chosen.problem(model, grid.num_cells)
