@@ -174,15 +174,12 @@ class Scene:
 
     def _check_watch(self) -> None:
         """Refuse gauges and lines outside of the scene, and gauges where its terrain has no data."""
-        grid = self.grid(None if self.terrain is not None else 1)
-        if self.watch.gauges:
-            cells = grid.cells_at(self.watch.gauges, "`gauges`")
-            if self.terrain is not None and self.terrain.missing.flat[cells].any():
-                place = self.watch.gauges[int(self.terrain.missing.flat[cells].argmax())]
+        self.watch.check(self.ends)
+        if self.terrain is not None and self.watch.gauges:
+            lost = self.terrain.missing.flat[self.grid().cells_at(self.watch.gauges, "`gauges`")]
+            if lost.any():
+                place = self.watch.gauges[int(lost.argmax())]
                 raise ValueError(f"`gauges` must lie where the terrain has data, got {place}: move it, or fill the gap")
-        if len(self.axes) > 1:
-            for name, line in self.watch.lines.items():
-                grid.cells_at(line, f"`lines`, {name},")
 
     @property
     def axes(self) -> tuple[str, ...]:

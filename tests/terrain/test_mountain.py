@@ -152,9 +152,9 @@ def test_a_run_on_a_terrain_goes_on_with_its_maps_and_series(folder, capsys):
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
-    ("[50.0, 45.0]", "[500.0, 45.0]", "`gauges` must be within [0, 120], got 500"),
+    ("[50.0, 45.0]", "[500.0, 45.0]", "`gauges` must lie within the scene, x from 0 to 120 m, got x = 500"),
     ("[50.0, 45.0]", "[70.0, 45.0]", "`gauges` must lie where the terrain has data, got (70.0, 45.0)"),
-    ("[55.0, 5.0]", "[55.0, -5.0]", "`lines`, bridge, must be within [0, 90], got -5"),
+    ("[55.0, 5.0]", "[55.0, -5.0]", "`lines`, bridge must lie within the scene, y from 0 to 90 m, got y = -5"),
     ("bridge =", "'a/b' =", "`lines` must have names of letters"),
     ("inflow.csv", "one.csv", "a hydrograph must have two rows or more"),
     ('"coulomb", nu = 0.2', '"curvature"', "gaps")])

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 
 from fvkit import Along, Outflow, Periodic, Wall, validation
@@ -123,7 +124,10 @@ def load_scene(path: str | Path) -> Scene:
     name, description = top.text("name", Path(path).stem), top.text("description", "")
     with top.located():
         scene = Scene(initial=initial, bottom=_bottom(top), boundary=boundary, sources=sources, reference=reference, name=name,
-                      description=description, times=_times(top), watch=_watch(top), **given)
+                      description=description, times=_times(top), **given)
+    if "outputs" in top.data:
+        with top.inner("outputs").located():
+            scene = attrs.evolve(scene, watch=_watch(top))
     _check(top, scene)
     return scene
 
@@ -262,9 +266,6 @@ def _times(top: Table) -> tuple[float, ...] | None:
 
 def _check(top: Table, scene: Scene) -> None:
     """Raise where the flow or the bottom has no meaning somewhere on the interval, or the reference is not that of the flow."""
-    if "outputs" in top.data:
-        with top.inner("outputs").located():
-            scene.watch.check(scene.ends)
     places = scene.sampled(POINTS)
     with np.errstate(all="ignore"):
         if isinstance(scene.bottom, Shape):
