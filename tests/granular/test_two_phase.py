@@ -465,7 +465,7 @@ def test_conversion_and_observables_are_inverse():
 
 
 def test_another_density_ratio_changes_the_parameters_only():
-    assert attrs.asdict(gr.TwoPhase(gamma=0.3)) == {"g": 9.81, "gamma": 0.3, "dry": None}
+    assert attrs.asdict(gr.TwoPhase(gamma=0.3)) == {"slope": "mild", "g": 9.81, "gamma": 0.3, "dry": None}
     assert gr.TwoPhase(1.0, 0.3) == gr.TwoPhase(g=1.0, gamma=0.3)
     assert gr.TwoPhase.defines("cross")
     assert isinstance(gr.TwoPhase(), fv.Model)
