@@ -260,7 +260,10 @@ def test_the_command_line_checkpoints_and_resumes(tmp_path, monkeypatch, capsys)
     assert main(["run", "--resume", "run.npz", "--out", "two"]) == 0
     assert "the end time was reached" in capsys.readouterr().out
     assert_same(fv.load("one/solution.npz"), fv.load("two/solution.npz"))
-    for mistake in (["run"], ["run", "dam-break", "--resume", "run.npz"], ["run", "--resume", "gone.npz"],
+    assert main(["run", "dam-break", "--resume", "run.npz", "--out", "three"]) == 0
+    assert_same(fv.load("one/solution.npz"), fv.load("three/solution.npz"))
+    capsys.readouterr()
+    for mistake in (["run"], ["run", "--resume", "gone.npz"],
                     ["run", "--resume", "one/solution.npz"], ["run", "dam-break", "--checkpoint", "a/b.npz"],
                     ["run", "dam-break", "--every", "3"]):
         assert main(mistake) == 2, mistake
