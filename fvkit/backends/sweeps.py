@@ -278,8 +278,6 @@ class PlaneKernel(StepwiseKernel):
         one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
             # The step is too long, and its state may have negative masses: the second sweep must not see it.
-            for where, values in kept[::-1]:
-                self._put(march.now, where, values)
             return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((2, len(brought))), brought, Lost(), -1)
         second.fill(between, middle)
         if self.parts.across:

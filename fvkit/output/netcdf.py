@@ -171,8 +171,9 @@ class Writer:
         if crs is None or len(self._grid.axes) != 2:
             return {}
         x, y = self._grid.axes
+        named = {"crs_wkt": crs, "spatial_ref": crs} if "[" in crs else {"crs_name": crs}  # a name such as EPSG:31287 is no WKT
         self._file.create_variable("crs", (), "i4").attrs.update({
-            "long_name": "coordinate reference system", "crs_wkt": crs, "spatial_ref": crs,
+            "long_name": "coordinate reference system", **named,
             "GeoTransform": f"{x.lower!r} {x.dx!r} 0 {y.lower!r} 0 {y.dx!r}"})
         return {"grid_mapping": "crs"}
 

@@ -174,10 +174,11 @@ def with_numbers(source: Any, found: Sequence[Any], t: float) -> Any:
 
 def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any, ...]:
     """Return sources that look for their fields behind the ``own`` aux values of the model, and else see these alone."""
-    places: dict[int, list[tuple[str, int, int | None]]] = {k: [] for k in range(-1, len(sources))}
+    places: dict[int, list[tuple[str, int, int | None]]] = {k: [] for k in range(len(sources))}
     row = own
     for field in found:
-        places[field.position].append((field.name, row, field.components))
+        if field.source is not None:  # those of the model look for themselves
+            places[field.position].append((field.name, row, field.components))
         row += field.size
     kinds: list[Any] = [type(source) for source in sources]
     return tuple(seen_as(source, _looking_behind(kinds[k], tuple(places[k]), own), {}) for k, source in enumerate(sources))

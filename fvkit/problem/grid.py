@@ -155,7 +155,7 @@ class Grid:
 
     def index(self, *places: Any) -> tuple[np.ndarray, ...]:
         """Return the indices, in arrays of cells, of the cells that contain places x, or x and y; outside, of the nearest."""
-        return tuple(np.clip(np.floor((np.asarray(x, dtype=float) - axis.lower) / axis.dx).astype(int), 0, axis.num_cells - 1)
+        return tuple(np.clip(np.searchsorted(axis.edges, x, side="right") - 1, 0, axis.num_cells - 1)
                      for axis, x in zip(self.axes, places, strict=True))[::-1]
 
     @property

@@ -229,7 +229,7 @@ class Model(Part, ABC):
 
         ``turning`` holds u . Hess(b) u of each phase, m/s^2, or nothing; so much of it as counts is the field ``turning``.
         """
-        return self
+        raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_bed`")
 
     @default
     def preferred_riemann(self) -> Any:

@@ -7,7 +7,7 @@ preferred direction. A level bottom leaves every bit. Derived here.
 """
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import attrs
@@ -30,18 +30,14 @@ class Slopes:
     ----------
     values : cell averages, of the shape of the grid.
     grid : the cells.
-    bends : whether second derivatives stand behind the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of values that are averaged
-        over four cells along each axis, since those of a raster are noise.
+    bends : whether second derivatives stand behind the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of values that are smoothed
+        by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. A cliff bends them.
     """
 
     values: np.ndarray
     grid: Grid
     bends: bool = False
     source: ClassVar[None] = None
-    position: ClassVar[int] = -1
-    name: ClassVar[str] = "slope"
-    alias: ClassVar[str] = "slope"
-    components: ClassVar[None] = None
     steady: ClassVar[bool] = True
 
     @property
@@ -55,10 +51,14 @@ class Slopes:
 
     def at(self, t: float) -> np.ndarray:
         """Return the slopes along each axis, and second derivatives behind them, (size, *grid.shape)."""
-        axes = self.grid.axes
-        rows = [_limited(self.values, len(axes) - 1 - k, axis.dx) for k, axis in enumerate(axes)]
+        return self._rows
+
+    @cached_property
+    def _rows(self) -> np.ndarray:
+        axes, last = self.grid.axes, len(self.grid.axes) - 1
+        rows = [_limited(self.values, last - k, axis.dx) for k, axis in enumerate(axes)]
         if self.bends:
-            smooth, last = _averaged(self.values), len(axes) - 1
+            smooth = _averaged(self.values)
             first = [_derivative(smooth, last - k, axis.dx) for k, axis in enumerate(axes)]
             rows += [_derivative(first[i], last - j, axes[j].dx) for i, j in SECOND[len(axes)]]
         return np.array(rows)
@@ -66,7 +66,6 @@ class Slopes:
 
 #: Axes of the second derivatives, by the number of axes.
 SECOND = {1: ((0, 0),), 2: ((0, 0), (0, 1), (1, 1))}
-
 
 #: Speed, m/s, beyond which no flow is turned more: its square, times a curvature of 0, stays a number.
 FASTEST = 1e6

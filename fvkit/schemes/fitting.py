@@ -61,7 +61,8 @@ def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
     if problem.model.relief() is not None:
         bends = any(source.bends for source in problem.sources)
         parts = parts._replace(model=over_slopes(parts.model, len(problem.grid.axes), direction.number, bends))
-    rows = [f"{field.alias} of source {field.position}" for field in found if field.position >= 0 for _ in range(field.size)]
+    of_sources = [field for field in found if isinstance(field, fields.Field)]
+    rows = [f"{field.alias} of source {field.position}" for field in of_sources for _ in range(field.size)]
     if parts.across and parts.joint:
         rows += [f"{what} of phase {k} across" for k in range(parts.across) for what in ("velocity", "push", "bearing mass")]
     rows += ["squeeze across"] if parts.across else []

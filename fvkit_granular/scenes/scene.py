@@ -265,11 +265,16 @@ class Scene:
             warn_of_steep_ground(within_reach(result, self.g))
         return result
 
+    @cached_property
+    def _outlet(self) -> tuple[Any, ...]:
+        """The drain of cells without data, made once: it holds a number for each cell."""
+        return outlet(self.terrain, self.gaps)
+
     def _problem(self, model: Any, grid: Grid) -> Problem:
         """Return the problem of a model on a grid."""
         sources = tuple(source for source in self.sources if len(model.phases) > 1 or not source.between_phases)
         if self.terrain is not None:
-            sources += outlet(self.terrain, self.gaps)
+            sources += self._outlet
         flow: Any = conserved(model, self.initial, self.height)
         if isinstance(self.initial, ReleasedFlow) and grid == self.release.terrain.grid:
             flow = flow(*np.meshgrid(*(axis.centers for axis in grid.axes)))  # the same in all of a cell

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -31,16 +32,7 @@ def pyclaw_runs(cells: int, orders: Sequence[int],
         if topography:
             state.aux[0] = height
         solution = pyclaw.Solution(state, domain)
-        solver.dt_initial = 0.2 / cells
-        solver.setup(solution)
-
-        def run(steps: int) -> float:
-            started = time.perf_counter()
-            for _ in range(steps):
-                solver.evolve_to_time(solution)
-            return (time.perf_counter() - started) / steps
-
-        return run
+        return _stepping(solver, solution, cells)
 
     return {("f-wave" if topography else "roe", order): make(function, order, topography)
             for order in orders
@@ -66,15 +58,20 @@ def pyclaw_runs_in_the_plane(cells: int, orders: Sequence[int]) -> dict[tuple[st
         state.q[0] = 1.0 + 0.4 * np.exp(-100.0 * ((x - 0.4) ** 2 + (y - 0.5) ** 2))
         state.q[1:] = 0.0
         solution = pyclaw.Solution(state, domain)
-        solver.dt_initial = 0.2 / cells
-        solver.setup(solution)
-
-        def run(steps: int) -> float:
-            started = time.perf_counter()
-            for _ in range(steps):
-                solver.evolve_to_time(solution)
-            return (time.perf_counter() - started) / steps
-
-        return run
+        return _stepping(solver, solution, cells)
 
     return {("roe", order): make(order) for order in orders}
+
+
+def _stepping(solver: Any, solution: Any, cells: int) -> Callable[[int], float]:
+    """Return the function of a number of steps -> seconds per step of a solver of PyClaw."""
+    solver.dt_initial = 0.2 / cells
+    solver.setup(solution)
+
+    def run(steps: int) -> float:
+        started = time.perf_counter()
+        for _ in range(steps):
+            solver.evolve_to_time(solution)
+        return (time.perf_counter() - started) / steps
+
+    return run

@@ -46,8 +46,7 @@ class HazardRun:
 
     def __call__(self, **parameters: Any) -> dict[str, Any]:
         """Run the scene with these parameters, see `SceneRun`; {map: (ny, nx)}, and the number of steps."""
-        scene = self.run.scene_of(parameters)
-        problem, scheme = self.run.setup(parameters)
+        scene, problem, scheme = self.run.setup_of_scene(parameters)
         hazard: Any = scene.watch.observers(2)["hazard"]
         solution = solve(problem, scheme, backend=self.run.backend, nonhyperbolic="ignore", observers=hazard)
         return {**{name: hazard.maps[name] for name in self.thresholds}, "steps": solution.stats.steps}

@@ -100,6 +100,11 @@ class SceneRun:
         ValueError
             For an unknown parameter, with the list and the nearest match.
         """
+        _, problem, scheme = self.setup_of_scene(parameters)
+        return problem, scheme
+
+    def setup_of_scene(self, parameters: Mapping[str, Any]) -> tuple[Scene, Problem, Scheme | None]:
+        """Return the scene as well, see `setup`."""
         left = dict(parameters)
         scene = self._scene(left)
         model = self._model(scene, left)
@@ -108,7 +113,7 @@ class SceneRun:
         cells = left.pop("cells", own if self.cells is None else self.cells)
         if left:
             validation.choice(next(iter(left)), "parameter", self.names(scene, model))
-        return scene.problem(model, cells), scheme
+        return scene, scene.problem(model, cells), scheme
 
     def scene_of(self, parameters: Mapping[str, Any]) -> Scene:
         """Return the scene for parameters by name, those of model, scheme and cells among them."""
