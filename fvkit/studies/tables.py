@@ -1,10 +1,19 @@
 """Text tables and JSON values of reports."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+
+#: Columns of a terminal or a page that printed results keep to.
+WIDTH = 100
+
+
+def filled(text: str) -> str:
+    """Return a paragraph broken into lines of at most `WIDTH` columns."""
+    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def table(lines: Sequence[Sequence[str]], left: int = 2) -> str:
