@@ -4,7 +4,6 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,7 +14,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.files import csv_text
 from fvkit.studies.orders import observed
-from fvkit.studies.tables import ROUNDING, WIDTH, filled, plain, table
+from fvkit.studies.tables import ROUNDING, WIDTH, filled, plain, preformatted, table
 from fvkit.studies.work_precision import Row, WorkPrecision, time_to_reach, work_precision
 
 if TYPE_CHECKING:
@@ -237,7 +236,7 @@ class Report:
 
     def _repr_html_(self) -> str:
         """Return the table as HTML for notebooks."""
-        return f"<pre>{escape(self.table())}</pre>"
+        return preformatted(self.table())
 
     def to_json(self) -> str:
         """Return the report as JSON text; NaN and infinite numbers become null."""
