@@ -31,7 +31,7 @@ def levels(folder, cell, t_end):
     terrain = gr.read_terrain(folder / "topography1.tif", cell=None if cell <= 1.0 else cell)
     axes = terrain.grid.axes
     x, y = np.meshgrid(*(axis.centers for axis in axes))
-    bottom = terrain.filled().bottom
+    bottom = np.where(terrain.missing, np.nanmax(terrain.bottom) + 10.0, terrain.bottom)  # along the upper edge
     for path in sorted((folder / "houses").glob("*.csv")):
         bottom = bottom + HOUSE * inside(path, x, y)
     road = inside(folder / "RoadPolygon.csv", x, y)
