@@ -23,6 +23,9 @@ from fvkit.schemes.scheme import Scheme
 #: Number of steps above that of any run.
 UNLIMITED = 2**62
 
+#: Parts of a run in each of which sources and conditions that vary in time are looked at while all is dry.
+IDLE = 100
+
 #: Tolerance when checking that `wave_speeds` returns (smallest, largest).
 SWAPPED = 1e-9
 
@@ -171,13 +174,20 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
-        target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf), self._next_look)
         while max_steps > 1 and self._resting:
             self._take(target, 1)
             max_steps -= 1
             if march.t >= target:
                 return
         self._take(target, max_steps)
+
+    @property
+    def _next_look(self) -> float:
+        """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step."""
+        problem, march = self.problem, self._march
+        steady = problem.steady_boundary and all(field.steady for field in problem.fields)
+        return np.inf if steady or march.max_cfl > 0.0 else march.t + (problem.t_end - problem.t_start) / IDLE
 
     @property
     def _resting(self) -> bool:

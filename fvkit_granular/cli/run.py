@@ -121,13 +121,8 @@ def _run(options: argparse.Namespace) -> int:
     again = f"{options.scene} " if watched else ""
     kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
-    try:
-        code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
-                     Recorded(chosen, watched, f".{options.rasters}"))
-    except OSError as error:
-        error.add_note(f"the run: {solution.message}")
-        error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
-        raise
+    code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
+                 Recorded(chosen, watched, f".{options.rasters}"), kept)
     if kept:
         print(f"  {kept}")
     return code
@@ -217,8 +212,11 @@ def _watched(scene: Scene) -> dict[str, Any]:
 
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,
-          recorded: Recorded | None = None) -> int:
-    """Write the files of a run, print what is to be said, and return the exit code."""
+          recorded: Recorded | None = None, again: str = "") -> int:
+    """Write the files of a run, print what is to be said, and return the exit code.
+
+    ``again`` says how the run goes on where its result cannot be written.
+    """
     folder = results_folder(options, "run", name)
     kept = not solution.success and _succeeded(folder)
     folder = folder / UNSUCCESSFUL if kept else folder
@@ -230,14 +228,22 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     solution.configuration[FILES] = written
     if recorded is not None and recorded.scene.terrain is not None:
         solution.configuration["crs"] = recorded.scene.terrain.crs
-    for file in written[:2 if options.netcdf else 1]:
-        solution.save(folder / file)
-    save_all(folder, {f"{picture}.png": draw(solution) for picture, draw in pictures.items()})
-    if options.animate is not None:
-        film = folder / checked_film(options.animate)
-        film.parent.mkdir(parents=True, exist_ok=True)
-        solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
-    summary = "" if recorded is None else recorded.write(folder, solution)
+    saved: list[str] = []
+    try:
+        for file in written[:2 if options.netcdf else 1]:
+            solution.save(folder / file)
+            saved.append(file)
+        save_all(folder, {f"{picture}.png": draw(solution) for picture, draw in pictures.items()})
+        if options.animate is not None:
+            film = folder / checked_film(options.animate)
+            film.parent.mkdir(parents=True, exist_ok=True)
+            solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
+        summary = "" if recorded is None else recorded.write(folder, solution)
+    except OSError as error:
+        error.add_note(f"the run: {solution.message}")
+        error.add_note(f"its result is kept in {folder / saved[0]}, without all of the files beside it" if saved else
+                       again or "its result is lost: with --checkpoint FILE it can go on from there")
+        raise
     remove(folder, earlier, but=(*written, *(str(Path(name).with_suffix(".prj")) for name in written)))
     scheme = settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]

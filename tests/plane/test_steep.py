@@ -250,3 +250,25 @@ def test_second_derivatives_of_a_paraboloid():
     inner = (slice(3, -3), slice(3, -3))
     for row, value in zip(rows[2:], (1.0, 0.3, -0.4), strict=True):
         np.testing.assert_allclose(row[inner], value, atol=1e-12)
+
+
+#: Cliffs of 100 m: how far a place is beyond each.
+CLIFFS = {"tower": lambda x, y: np.minimum(20.0 - np.abs(x - 100.0), 20.0 - np.abs(y - 100.0)),
+          "round": lambda x, y: 30.0 - np.hypot(x - 100.0, y - 100.0),
+          "wall": lambda x, y: 2.6 - np.abs(x - 102.0), "askew": lambda x, y: 0.9 * (x - 90.0) + 0.3 * (y - 80.0),
+          "diagonal": lambda x, y: x - y, "at the edge": lambda x, y: 5.0 - x}
+
+
+@pytest.mark.parametrize("cliff", CLIFFS)
+def test_a_cliff_does_not_bend_the_ground_beside_it(cliff):
+    grid = fv.Grid((0.0, 0.0), (200.0, 150.0), (40, 30))
+    x, y = np.meshgrid(*(axis.centers for axis in grid.axes))
+    rows = Slopes(-0.3 * x + 0.1 * y + 100.0 * (CLIFFS[cliff](x, y) > 0.0), grid, True).at(0.0)
+    np.testing.assert_allclose(rows[2:], 0.0, atol=1e-12)
+
+
+def test_a_kink_bends_by_the_whole_of_its_turn():
+    grid = fv.Grid(0.0, 100.0, 50)
+    rows = Slopes(np.maximum(0.4 * (47.0 - grid.centers), -0.1 * (grid.centers - 47.0)), grid, True).at(0.0)
+    assert rows[1].sum() * grid.dx == pytest.approx(0.3, rel=1e-12)
+    assert (rows[1] >= -1e-12).all()
