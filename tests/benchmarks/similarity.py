@@ -61,7 +61,8 @@ def errors(nu, cells, model=gr.ShallowWater):
     h = solution.observables()["h"]
     result = []
     for power, across in REFERENCES.values():
-        wanted = cell_averages(lambda x, y, known=cap(T_END, nu, power, across): known(x, y)[None], problem.grid, 1, "cap")[0]
+        known = cap(T_END, nu, power, across)
+        wanted = cell_averages(lambda x, y, known=known: known(x, y)[None], problem.grid, 1, "cap")[0]
         result.append(np.abs(h - wanted).sum() / wanted.sum())
     return result
 
