@@ -28,6 +28,7 @@ extensions = [
     "sphinxcontrib.bibtex",
     "plain_docstrings",
     "gallery_scripts",
+    "mathml",
 ]
 exclude_patterns = ["_build", "jupyter_execute", *(f"gallery/*.{kind}" for kind in ("py", "ipynb", "zip", "json", "md5"))]
 templates_path = ["templates"]
@@ -35,6 +36,8 @@ templates_path = ["templates"]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {"navigation_depth": 2, "show_toc_level": 2}
 html_title = f"fvkit {version}"
+# Pages work without a network: MathML needs no MathJax.
+html_math_renderer = "mathml"
 
 # A role without a name, `fv.solve`, is a link where there is a page for it, and else code.
 default_role = "py:obj"

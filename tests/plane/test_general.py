@@ -146,7 +146,9 @@ def pyclaw_roe(q_l, q_r, aux_l, aux_r, problem_data):
 
 
 def test_a_solver_of_pyclaw_serves_two_axes_as_it_is():
-    dam = lambda x, y: [np.where(np.hypot(x - 5.0, y - 4.0) < 2.0, 2.0, 1.0), 0.0 * x, 0.0 * x]
+    def dam(x, y):
+        return [np.where(np.hypot(x - 5.0, y - 4.0) < 2.0, 2.0, 1.0), 0.0 * x, 0.0 * x]
+
     problem = fv.Problem(gr.ShallowWater(), fv.Grid((0.0, 0.0), (10.0, 8.0), (30, 24)), dam, 0.3, boundary=fv.Wall())
     solvers = (fv.PyClawRiemann(pyclaw_roe, {"grav": 9.81}), fv.Roe())
     found, wanted = (fv.solve(problem, fv.WavePropagation(solver), backend="numpy").q[-1] for solver in solvers)
