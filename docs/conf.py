@@ -38,6 +38,8 @@ html_theme_options = {"navigation_depth": 2, "show_toc_level": 2}
 html_title = f"fvkit {version}"
 # Pages work without a network: MathML needs no MathJax.
 html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["math.css"]
 
 # A role without a name, `fv.solve`, is a link where there is a page for it, and else code.
 default_role = "py:obj"
@@ -84,6 +86,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
     "show_memory": False,
+    "write_computation_times": False,  # that page loads scripts from the network
     "abort_on_example_error": True,
 }
 

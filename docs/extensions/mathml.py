@@ -27,7 +27,7 @@ def inline(translator: Any, node: nodes.Node) -> None:
 
 def block(translator: Any, node: nodes.Node) -> None:
     """Write a formula on lines of its own, which scrolls where the page is narrow."""
-    _written(translator, node, '<div class="math" style="overflow-x: auto; margin: 1em 0">', "</div>\n", as_block=True)
+    _written(translator, node, '<div class="math">', "</div>\n", as_block=True)
 
 
 def setup(app: Any) -> dict[str, Any]:
