@@ -24,8 +24,8 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
     model = problem.directions[0].model
     if says_nothing_of_the_matrix(problem, parts):
         given, chosen = chosen, chosen.at_first_order()
-        warnings.warn(f"{name} says nothing of the matrix of {type(parts.riemann).__name__}: its flux is not what the waves add "
-                      f"up to. The run goes by these alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
+        warnings.warn(f"{name} does not define the matrix of {type(parts.riemann).__name__}: the waves do not add up to its "
+                      f"flux. The run uses the waves alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
                       "`flux(q, aux)` of the same equations, or `jump` and `matrix_product` where they have no flux",
                       RuntimeWarning, stacklevel=4)
     if chosen.wants_cross and _lacks_cross(problem):

@@ -145,5 +145,5 @@ def _not_toml(path: Path, message: str) -> str:
     found = re.search(r" \(at line (\d+), (column \d+)\)$", message)
     where, said = (f", line {found[1]}, {found[2]}", message[:found.start()]) if found else ("", message)
     inline = "key part" in said or "inline table" in said
-    hint = " (a table in braces stands on one line, without a comma at its end)" if inline else ""
+    hint = " (a table in braces must be on one line, without a comma at its end)" if inline else ""
     return f"{path}{where}: this is not TOML: {said}{hint}"
