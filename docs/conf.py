@@ -29,6 +29,7 @@ extensions = [
     "plain_docstrings",
     "gallery_scripts",
     "mathml",
+    "unbroken_numbers",
 ]
 exclude_patterns = ["_build", "jupyter_execute", *(f"gallery/*.{kind}" for kind in ("py", "ipynb", "zip", "json", "md5"))]
 templates_path = ["templates"]
@@ -39,7 +40,7 @@ html_title = f"fvkit {version}"
 # Pages work without a network: MathML needs no MathJax.
 html_math_renderer = "mathml"
 html_static_path = ["static"]
-html_css_files = ["math.css"]
+html_css_files = ["fvkit.css"]
 
 # A role without a name, `fv.solve`, is a link where there is a page for it, and else code.
 default_role = "py:obj"
