@@ -24,7 +24,7 @@ COST, SHARE = 2.5e-7, 0.5
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    check = add_command(commands, "check", _check, "read a scene on a terrain, draw it, and say what a run will take",
+    check = add_command(commands, "check", _check, "read a scene on a terrain and draw it; report volumes, slopes and run time",
                         "fvkit check torrent.toml --out check.png")
     check.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     one_of(check, "--model", MODELS, "two-phase")
