@@ -35,8 +35,8 @@ def _check(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     label = scene_label(options.scene)
     if scene.terrain is None:
-        raise ValueError(f"fvkit check looks at scenes on a terrain, and {label} has none: fvkit advise {options.scene} says "
-                         "what a profile needs")
+        raise ValueError(f"fvkit check is for scenes on a terrain, and {label} has none: for a profile run "
+                         f"fvkit advise {options.scene}")
     picture = Path(f"{label}-check.png") if options.out is None else options.out
     if picture.suffix != ".png":
         raise ValueError(f"--out must end in .png, got {picture}")
