@@ -5,8 +5,6 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
-from functools import reduce
-from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +59,9 @@ class Table:
         except TomlError:
             raise
         except (ValueError, TypeError, OSError, OverflowError) as error:
-            here = reduce(getitem, inside, self.data)  # type: ignore[arg-type]
+            here: Any = self.data
+            for key in inside:
+                here = here[key]
             named = [word for word in re.findall(r"`(\w+)", str(error)) if isinstance(here, dict) and word in here]
             raise self.error(str(error), *inside, *named[:1]) from None
 
