@@ -28,6 +28,7 @@ from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Mann
 from fvkit_granular.sources.rain import Drain, Rain
 from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.compare import compare
+from fvkit_granular.studies.mass_balance import MassBalance, mass_balance
 from fvkit_granular.studies.scene_run import SceneRun
 from fvkit_granular.terrain.hydrograph import read_hydrograph
 from fvkit_granular.terrain.outline import OutlineScore, compare_outline
@@ -43,12 +44,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Curvature", "Drag", "Drain", "FixedLevel", "Front",
-    "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "OutlineScore", "PitmanLe",
-    "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged",
-    "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag",
-    "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene", "plots", "read_hydrograph",
-    "read_parameter", "read_release", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
-    "write_raster",
+    "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MassBalance", "MovingEquilibrium", "OutlineScore",
+    "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun",
+    "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope",
+    "VelocityDrag", "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene",
+    "mass_balance", "plots", "read_hydrograph", "read_parameter", "read_release", "read_terrain", "scene", "scene_names",
+    "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]
 
 

@@ -24,6 +24,7 @@ from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.plots import KINDS, MAPS, checked_film, line_of, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
+from fvkit.studies.tables import plain
 from fvkit_granular.cli.options import add_scheme_options, cells_of, checked, common_options, one_of, results_folder, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
@@ -33,6 +34,7 @@ from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
 from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard, write_series
+from fvkit_granular.studies.mass_balance import mass_balance
 from fvkit_granular.studies.scene_run import CELLS
 
 #: Key of the configuration that says which files a run wrote beside its solution.
@@ -230,6 +232,8 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     solution.configuration[FILES] = written
     if recorded is not None and recorded.scene.terrain is not None:
         solution.configuration["crs"] = recorded.scene.terrain.crs
+        balance = attrs.asdict(mass_balance(recorded.scene, solution, recorded.watched["hazard"]))
+        solution.configuration["mass_balance"] = plain(balance)
     for file in written[:2 if options.netcdf else 1]:
         solution.save(folder / file)
     save_all(folder, {f"{picture}.png": draw(solution) for picture, draw in pictures.items()})

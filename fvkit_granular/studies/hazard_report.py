@@ -12,10 +12,9 @@ import numpy as np
 
 from fvkit import CrossSection, Gauge, Solution
 from fvkit.files import csv_text, write_whole
-from fvkit.problem.directions import component_names, mass_places
-from fvkit.studies.tables import table
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.studies.mass_balance import mass_balance
 from fvkit_granular.terrain.rasters import write_raster
 
 #: Rasters: name of the file, map of `HazardMaps`, what it shows, and the value up to which a picture leaves it out; None for no
@@ -109,19 +108,12 @@ def _write(path: Path, header: Sequence[str], columns: Sequence[np.ndarray]) -> 
 
 def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
     """Return the volumes of a run, its largest values and reach, as text."""
-    grid, model = solution.grid, solution.model
-    rows, every = list(mass_places(model, grid)), component_names(model, grid)
-    names = [every[row] for row in rows]
-    start, end = (solution.q[k][rows].sum(axis=(1, 2)) * grid.cell_volume for k in (0, -1))
-    brought, drift = ([found[name] for name in names] for found in (solution.stats.entered_by_sources, solution.stats.mass_drift))
-    volumes = [("volume, m3", "at first", "by sources and outlets", "through the edges", "at the end", "error"), *(
-        (name, f"{first:.6g}", f"{sources:.6g}", f"{last - first - sources:.6g}", f"{last:.6g}", f"{wrong:.1e}")
-        for name, first, sources, last, wrong in zip(names, start, brought, end, drift, strict=True))]
-    maps = hazard.maps
+    grid, model, maps = solution.grid, solution.model, hazard.maps
     wet = maps["depth"] >= hazard.threshold
     area = float(np.count_nonzero(wet) * grid.cell_volume)
     heights = np.where(wet, scene.terrain.bottom, np.nan)
-    lines = [table(volumes, left=1), f"area deeper than {hazard.threshold:g} m at any time: {area:.6g} m2"]
+    lines = [str(mass_balance(scene, solution, hazard)), f"first contact: a cell beside it is deeper than {hazard.threshold:g} m",
+             f"area deeper than {hazard.threshold:g} m at any time: {area:.6g} m2"]
     if wet.any():
         lines.append(f"it reaches from {np.nanmax(heights):.5g} down to {np.nanmin(heights):.5g} m of elevation")
     lines.append(f"largest depth {maps['depth'].max():.4g} m, speed {maps['speed'].max():.4g} m/s, dynamic pressure "
