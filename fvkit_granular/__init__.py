@@ -13,6 +13,7 @@ from fvkit_granular.models.two_layer import TwoLayer
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.observers.front import Front
 from fvkit_granular.observers.hazard import HazardMaps
+from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes import shapes
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
@@ -33,6 +34,7 @@ from fvkit_granular.studies.scene_run import SceneRun
 from fvkit_granular.terrain.hydrograph import read_hydrograph
 from fvkit_granular.terrain.outline import OutlineScore, compare_outline
 from fvkit_granular.terrain.parameter import read_parameter
+from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.rasters import read_terrain, write_raster
 from fvkit_granular.terrain.release import Release, read_release
 from fvkit_granular.terrain.terrain import Terrain
@@ -45,11 +47,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Curvature", "Drag", "Drain", "FixedLevel", "Front",
     "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MassBalance", "MovingEquilibrium", "OutlineScore",
-    "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun",
-    "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope",
-    "VelocityDrag", "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene",
-    "mass_balance", "plots", "read_hydrograph", "read_parameter", "read_release", "read_terrain", "scene", "scene_names",
-    "scene_text", "scenes", "shapes", "steady", "write_raster",
+    "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "RunOut", "Scene",
+    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase",
+    "UniformSlope", "VelocityDrag", "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact",
+    "load_scene", "mass_balance", "plots", "read_hydrograph", "read_parameter", "read_path", "read_release", "read_terrain",
+    "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]
 
 

@@ -103,6 +103,9 @@ def _picture(scene: Scene) -> Any:
     for name, points in scene.watch.lines.items():
         axes.plot(*np.array(points).T, color="#009E73", linewidth=2.0)
         axes.annotate(name, points[0], xytext=(6, 4), textcoords="offset points", fontsize=9)
+    if scene.watch.path:
+        axes.plot(*np.array(scene.watch.path).T, color="#CC79A7", linewidth=1.5, linestyle="--")
+        axes.annotate("path", scene.watch.path[0], xytext=(6, -10), textcoords="offset points", fontsize=9)
     places = {"west": (0.01, 0.5, 90), "east": (0.97, 0.5, 90), "south": (0.5, 0.01, 0), "north": (0.5, 0.965, 0)}
     for (side, (x, y, turn)), condition in zip(places.items(), scene.boundary, strict=True):
         axes.text(x, y, f"{side}: {public_name(condition)}", transform=axes.transAxes, rotation=turn, fontsize=8, va="bottom",

@@ -13,6 +13,7 @@ import numpy as np
 from fvkit import CrossSection, Gauge, Solution
 from fvkit.files import csv_text, write_whole
 from fvkit_granular.observers.hazard import HazardMaps
+from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.mass_balance import mass_balance
 from fvkit_granular.terrain.rasters import write_raster
@@ -32,7 +33,8 @@ STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1
 
 def file_names(scene: Scene, ending: str) -> list[str]:
     """Return the names of all files that `write_hazard` writes, but those of ``.prj``."""
-    series = ["gauges.csv"] * bool(scene.watch.gauges) + [f"line-{name}.csv" for name in scene.watch.lines]
+    series = [*["gauges.csv"] * bool(scene.watch.gauges), *["run-out.csv"] * bool(scene.watch.path),
+              *(f"line-{name}.csv" for name in scene.watch.lines)]
     if scene.terrain is None:
         return series
     rasters = [f"{name}{ending}" for name, *_ in RASTERS] + [f"deposit{ending}"]
@@ -45,7 +47,7 @@ def is_record(name: str) -> bool:
     if name != Path(name).name:
         return False
     raster = ending in (".asc", ".tif") and stem in ("deposit", *(known for known, *_ in RASTERS))
-    return raster or name in ("gauges.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
+    return raster or name in ("gauges.csv", "run-out.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
 
 
 def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
@@ -69,7 +71,7 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
             write_whole(folder / f"{name}.png", partial(_fill, pictures[f"{name}.png"]))
     write_raster(folder / f"deposit{ending}", solution.observables()["h"], terrain)
     write_series(folder, watched)
-    summary = summarised(scene, solution, hazard)
+    summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
     page = _page(scene, solution, summary, pictures)
     write_whole(folder / "report.html", lambda file: file.write(page.encode()))
     return summary
@@ -95,6 +97,8 @@ def write_series(folder: Path, watched: Mapping[str, Any]) -> None:
         if isinstance(observer, Gauge):
             _write(folder / "gauges.csv", ["t", *(f"{what} at {k}" for what in observer.values for k in range(len(observer.x)))],
                    [observer.t, *(column for values in observer.values.values() for column in values.T)])
+        if isinstance(observer, RunOut):
+            _write(folder / "run-out.csv", ["t", "distance"], [observer.t, observer.distance])
         if isinstance(observer, CrossSection):
             columns = {"t": observer.t} | {f"discharge {mass}": values for mass, values in observer.discharge.items()} \
                 | {f"volume {mass}": values for mass, values in observer.volume.items()}
