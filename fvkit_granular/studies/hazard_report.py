@@ -16,15 +16,8 @@ from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.mass_balance import mass_balance
+from fvkit_granular.terrain.layers import LAYERS, write_style
 from fvkit_granular.terrain.rasters import write_raster
-
-#: Rasters: name of the file, map of `HazardMaps`, what it shows, and the value up to which a picture leaves it out; None for no
-#: picture.
-RASTERS: tuple[tuple[str, str, str, float | None], ...] = (
-    ("max_depth", "depth", "largest depth (vertical), m", 0.01), ("max_thickness", "thickness", "largest thickness, m", None),
-    ("max_speed", "speed", "largest speed, m/s", 0.0), ("max_pressure", "pressure", "largest dynamic pressure, Pa", 0.0),
-    ("phi_at_max_depth", "phi", "solid fraction at the largest depth", None), ("arrival", "arrival", "first arrival, s", -1.0),
-    ("duration", "duration", "duration, s", None))
 
 #: Head of the report.
 STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
@@ -37,8 +30,8 @@ def file_names(scene: Scene, ending: str) -> list[str]:
               *(f"line-{name}.csv" for name in scene.watch.lines)]
     if scene.terrain is None:
         return series
-    rasters = [f"{name}{ending}" for name, *_ in RASTERS] + [f"deposit{ending}"]
-    return [*rasters, *(f"{name}.png" for name, _, _, least in RASTERS if least is not None), *series, "report.html"]
+    rasters = [f"{layer.name}{suffix}" for suffix in (ending, ".qml") for layer in LAYERS]
+    return [*rasters, *(f"{layer.name}.png" for layer in LAYERS if layer.least is not None), *series, "report.html"]
 
 
 def is_record(name: str) -> bool:
@@ -46,7 +39,7 @@ def is_record(name: str) -> bool:
     stem, ending = Path(name).stem, Path(name).suffix
     if name != Path(name).name:
         return False
-    raster = ending in (".asc", ".tif") and stem in ("deposit", *(known for known, *_ in RASTERS))
+    raster = ending in (".asc", ".tif", ".qml") and stem in (layer.name for layer in LAYERS)
     return raster or name in ("gauges.csv", "run-out.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
 
 
@@ -63,13 +56,13 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     hazard: HazardMaps = watched["hazard"]
     maps, terrain = hazard.maps, scene.terrain
     pictures = {}
-    for name, key, label, least in RASTERS:
-        values = np.where(np.isfinite(maps[key]), maps[key], np.nan)
-        write_raster(folder / f"{name}{ending}", values, terrain)
-        if least is not None:
-            pictures[f"{name}.png"] = _drawn(scene, values, label, least)
-            write_whole(folder / f"{name}.png", partial(_fill, pictures[f"{name}.png"]))
-    write_raster(folder / f"deposit{ending}", solution.observables()["h"], terrain)
+    for layer in LAYERS:
+        seen = solution.observables()["h"] if layer.key is None else maps[layer.key]
+        values, picture = np.where(np.isfinite(seen), seen, np.nan), f"{layer.name}.png"
+        write_style(write_raster(folder / f"{layer.name}{ending}", values, terrain), layer)
+        if layer.least is not None:
+            pictures[picture] = _drawn(scene, values, layer.shows, layer.least)
+            write_whole(folder / picture, partial(_fill, pictures[picture]))
     write_series(folder, watched)
     summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
     page = _page(scene, solution, summary, pictures)

@@ -11,6 +11,7 @@ from fvkit import solve, validation
 from fvkit.sweeps import SweepResult
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.scene_run import SceneRun
+from fvkit_granular.terrain.layers import PROBABILITY, write_style
 from fvkit_granular.terrain.rasters import write_raster
 
 #: Maps with thresholds, and the unit of each.
@@ -69,11 +70,11 @@ def write_exceeded(folder: Path, scene: Scene, found: Mapping[str, np.ndarray], 
     names = []
     for what, share in found.items():
         name = "probability_" + what.replace(" >= ", "_")
-        write_raster(folder / f"{name}{ending}", share, scene.terrain)
+        write_style(write_raster(folder / f"{name}{ending}", share, scene.terrain), PROBABILITY)
         label = f"probability of {what} {UNITS[what.split()[0]]}"
         axes = draw_map(scene.terrain, share, label, release=scene.release, highest=1.0)
         figure: Any = axes.figure
         save_all(folder, {f"{name}.png": figure})
-        names += [f"{name}{ending}", f"{name}.png"]
+        names += [f"{name}{ending}", f"{name}.qml", f"{name}.png"]
     return names
 
