@@ -16,8 +16,9 @@ from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.mass_balance import mass_balance
-from fvkit_granular.terrain.layers import LAYERS, write_style
+from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
 from fvkit_granular.terrain.rasters import write_raster
+from fvkit_granular.terrain.terrain import Terrain
 
 #: Head of the report.
 STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
@@ -53,15 +54,17 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
     ending : of rasters, ``.asc`` or ``.tif``.
     """
+    from fvkit_granular.terrain.maps import draw_map
+
     hazard: HazardMaps = watched["hazard"]
     maps, terrain = hazard.maps, scene.terrain
-    pictures = {}
+    pictures, relief = {}, draw_map(terrain, release=scene.release)  # drawn once for all maps
     for layer in LAYERS:
         seen = solution.observables()["h"] if layer.key is None else maps[layer.key]
         values, picture = np.where(np.isfinite(seen), seen, np.nan), f"{layer.name}.png"
         write_style(write_raster(folder / f"{layer.name}{ending}", values, terrain), layer)
         if layer.least is not None:
-            pictures[picture] = _drawn(scene, values, layer.shows, layer.least)
+            pictures[picture] = _drawn(relief, terrain, values, layer)
             write_whole(folder / picture, partial(_fill, pictures[picture]))
     write_series(folder, watched)
     summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
@@ -74,13 +77,15 @@ def _fill(content: bytes, file: IO[bytes]) -> None:
     file.write(content)
 
 
-def _drawn(scene: Scene, values: np.ndarray, label: str, least: float) -> bytes:
-    """Return the PNG of a map over the relief."""
-    from fvkit_granular.terrain.maps import draw_map
+def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer) -> bytes:
+    """Return the PNG of a layer over the relief, and take the layer away again."""
+    from fvkit_granular.terrain.maps import lay_over
 
     target = io.BytesIO()
-    figure: Any = draw_map(scene.terrain, values, label, release=scene.release, above=least).figure
-    figure.savefig(target, format="png", dpi=120)
+    bar = lay_over(relief, terrain, values, layer.shows, layer.least or 0.0)
+    relief.figure.savefig(target, format="png", dpi=120, pil_kwargs={"compress_level": 3})
+    bar.remove()
+    bar.mappable.remove()
     return target.getvalue()
 
 

@@ -193,3 +193,18 @@ def test_the_sample_is_what_its_script_makes(tmp_path):
     assert scene.terrain.grid.shape == (150, 250)
     with pytest.raises(ValueError, match=r"did you mean sample-torrent\?"):
         find_scene("sample-torent")
+
+
+def test_pictures_over_the_plane_are_drawn_where_they_are_asked_for(folder, capsys):
+    run = ["run", "scene.toml", "--model", "shallow-water", "--out"]
+    assert main([*run, "out", "--plot", "vectors", "--line", "1002", "2010", "1050", "2010"]) == 0
+    drawn = {path.stem for path in (folder / "out").glob("*.png")}
+    assert drawn == {"vectors", "cut", "max_depth", "max_speed", "max_pressure", "arrival"}
+    assert main([*run, "out"]) == 0
+    assert {path.stem for path in (folder / "out").glob("*.png")} == drawn - {"vectors", "cut"}
+    capsys.readouterr()
+    assert main([*run, "other", "--plot", "speeds"]) == 2
+    assert "--plot speeds draws over one axis" in capsys.readouterr().err
+    assert main(["run", "dam-break", "--plot", "map", "--out", "other"]) == 2
+    assert "--plot map draws over a plane" in capsys.readouterr().err
+    assert not (folder / "other").exists()
