@@ -21,7 +21,7 @@ from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build, model_and_grid, parsed
 from fvkit.output.figures import new_axes, save_all
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
-from fvkit.output.plots import KINDS, MAPS, checked_film, line_of, space_time
+from fvkit.output.plots import KINDS, MAPS, checked_film, enlargement, line_of, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
 from fvkit.studies.tables import plain
@@ -293,8 +293,12 @@ def _pictures(axes: int, options: argparse.Namespace, terrain: bool) -> dict[str
         lines = {"cut": {"line": _ends(options)}}
         asked = {*options.plot, *["cut"] * (options.line is not None)} if terrain else set(MAPS)
         return {kind: partial(_drawn, draw, **lines.get(kind, {})) for kind, draw in MAPS.items() if kind in asked}
-    kinds = {PROFILE: "state"} | {kind: kind for kind in options.plot}
-    return {name: partial(_drawn, PLOTS[kind]) for name, kind in kinds.items()}
+    return {PROFILE: partial(_drawn, _first)} | {kind: partial(_drawn, PLOTS[kind]) for kind in options.plot}
+
+
+def _first(solution: Solution, ax: Axes) -> Axes:
+    """Plot the state of one axis, or the profile where the relief would hide it."""
+    return PLOTS["profile" if enlargement(solution) > 1.0 else "state"](solution, ax)
 
 
 def _written(axes: int, options: argparse.Namespace, terrain: bool) -> list[str]:
