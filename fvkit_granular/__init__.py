@@ -28,6 +28,7 @@ from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, Veloci
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Manning, Voellmy
 from fvkit_granular.sources.rain import Drain, Rain
 from fvkit_granular.studies.advise import Advice, advise
+from fvkit_granular.studies.advise_terrain import TerrainAdvice
 from fvkit_granular.studies.compare import compare
 from fvkit_granular.studies.mass_balance import MassBalance, mass_balance
 from fvkit_granular.studies.scene_run import SceneRun
@@ -48,8 +49,8 @@ __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Curvature", "Drag", "Drain", "FixedLevel", "Front",
     "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MassBalance", "MovingEquilibrium", "OutlineScore",
     "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "RunOut", "Scene",
-    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase",
-    "UniformSlope", "VelocityDrag", "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact",
+    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TerrainAdvice", "TwoLayer",
+    "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact",
     "load_scene", "mass_balance", "plots", "read_hydrograph", "read_parameter", "read_path", "read_release", "read_terrain",
     "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]

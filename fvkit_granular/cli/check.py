@@ -16,10 +16,8 @@ from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.studies.advise_terrain import effort
 from fvkit_granular.terrain.hydrograph import OverTime
-
-#: Time of a step with two axes per cell where something flows, s; share of the relief's potential energy that speeds reach.
-COST, SHARE = 2.5e-7, 0.5
 
 
 def register(commands: Any) -> None:
@@ -53,7 +51,7 @@ def _check(options: argparse.Namespace) -> int:
     for source in problem.sources:
         print(f"source: {type(source).__name__}" + (f" in {len(cells)} cells" if (cells := source.acts_in()) is not None else "")
               + _brought(source, scene))
-    print(_expected(scene, problem))
+    print(f"{problem.grid.described} cells, {problem.t_end:g} s: {effort(scene, problem)}")
     save_all(picture.parent, {picture.name: _picture(scene)})
     print(f"written: {picture}")
     return SUCCESS
@@ -66,29 +64,6 @@ def _brought(source: Any, scene: Scene) -> str:
         return ""
     volume = scene.terrain.grid.cell_volume * given.brought(scene.t_end)
     return f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
-
-
-def _expected(scene: Scene, problem: Any) -> str:
-    """What a run will take, from the relief below the release, in words."""
-    depth = problem.model.depth(tuple(problem.q0[row] for row in problem.directions[0].rows))
-    bottom = problem.aux_averages["b"]
-    wet = depth > 0.0
-    relief = float(bottom[wet].max() - np.nanmin(scene.terrain.bottom)) if wet.any() else \
-        float(scene.terrain.range[1] - scene.terrain.range[0])
-    speed = np.sqrt(2.0 * scene.g * SHARE * max(relief, 0.0)) + np.sqrt(scene.g * float(depth.max()))
-    dx = min(axis.dx for axis in problem.grid.axes)
-    steps = scene.t_end * max(speed, 1.0) / (0.9 * dx)
-    return (f"{problem.grid.described} cells, {problem.t_end:g} s: about {steps:.2g} steps (at {speed:.2g} m/s); compiled, some "
-            f"{_time(steps * COST * problem.grid.size * 0.1)} where the flow covers a tenth of the cells, "
-            f"{_time(steps * COST * problem.grid.size)} where it covers all")
-
-
-def _time(seconds: float) -> str:
-    """A time in words."""
-    for factor, unit in ((1.0, "s"), (60.0, "min")):
-        if seconds < 100.0 * factor:
-            return f"{seconds / factor:.2g} {unit}"
-    return f"{seconds / 3600.0:.2g} h"
 
 
 def _picture(scene: Scene) -> Any:
