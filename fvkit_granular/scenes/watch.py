@@ -16,7 +16,10 @@ def _places(value: Any) -> tuple[Any, ...]:
     """Return places of gauges: numbers x, or pairs (x, y)."""
     if not isinstance(value, (list, tuple)):
         raise TypeError(f"`gauges` must be a list of places x, or of pairs (x, y), got {validation.shown(value)}")
-    Gauge(value) if value else None  # refuses what is no place
+    try:
+        Gauge(value) if value else None  # refuses what is no place
+    except (ValueError, TypeError) as error:
+        raise type(error)(str(error).replace("`x`", "`gauges`", 1)) from None
     return tuple(tuple(place) if isinstance(place, (list, tuple)) else place for place in value)
 
 

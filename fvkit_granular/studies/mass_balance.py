@@ -127,7 +127,7 @@ def _phases(model: Any, masses: Mapping[str, float]) -> dict[str, float]:
     made = np.column_stack([np.ravel(model.poured(nothing, solid, fluid)) for solid, fluid in ((1.0, 0.0), (0.0, 1.0))])
     if (made == np.eye(2)).all():
         return dict(masses)
-    return dict(zip(("hs", "hf"), np.linalg.solve(made, list(masses.values())).tolist(), strict=True))
+    return dict(zip(("hs", "hf"), (np.linalg.solve(made, list(masses.values())) + 0.0).tolist(), strict=True))
 
 
 def _places(scene: Scene, solution: Solution, gaps: bool) -> dict[str, dict[str, float]]:

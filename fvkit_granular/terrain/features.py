@@ -91,6 +91,8 @@ def read_features(source: Any, terrain: Terrain) -> list[Feature]:
 def read_geometries(source: Any, terrain: Terrain) -> tuple[str, list[tuple[Any, Any]]]:
     """Return what messages call a source, and pairs of its geometries (GeoJSON) and their attributes; see `read_features`."""
     if isinstance(source, (str, PathLike)):
+        if Path(source).suffix.lower() not in READERS:
+            raise ValueError(f"{source} must be a vector file, which ends in {', '.join(READERS)}")
         where, given, crs = READERS[Path(source).suffix.lower()](validation.file(source, "source"))
     else:
         where, given, crs = _collection(getattr(source, "__geo_interface__", source), "GeoJSON")

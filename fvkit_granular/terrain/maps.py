@@ -89,7 +89,8 @@ def lay_over(target: Axes, terrain: Terrain, values: Any, label: str, above: flo
     seen = np.ma.masked_where(~(given > above) | terrain.missing, given)
     image = target.imshow(seen, cmap="viridis_r", vmin=above, vmax=highest, extent=(x.lower, x.upper, y.lower, y.upper),
                           origin="lower", interpolation="none", alpha=0.85)
-    return target.figure.colorbar(image, ax=target, label=label, shrink=0.7, extend="max" if highest is not None else "neither")
+    return target.figure.colorbar(image, ax=target, label=label, shrink=0.7,
+                                         extend="max" if highest is not None and seen.max() > highest else "neither")
 
 
 def _shade(terrain: Terrain) -> np.ma.MaskedArray:
