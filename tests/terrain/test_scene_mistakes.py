@@ -69,6 +69,7 @@ def test_a_mistake_is_one_sentence_with_its_section_and_nothing_is_written(folde
     assert not (folder / "out").exists()
 
 
+@pytest.mark.filterwarnings("default:.*density:UserWarning")
 def test_what_is_right_but_for_these_mistakes_runs_and_a_density_in_another_unit_is_told(folder, capsys):  # noqa: F811
     (folder / "in.csv").write_text(TABLE)
     (folder / "scene.toml").write_text(WHOLE.replace("gauges", "density = 2.5\ngauges", 1))
