@@ -113,6 +113,5 @@ class RunOut(Observer):
         when = float(self.t[np.nanargmax(self.distance)])
         end = self.distance[-1]
         last = "nothing on it at the end" if np.isnan(end) else f"{end:.6g} m at the end"
-        more = "; it reached the end of the path, which may be too short" if self.reaches_end else ""
         return (f"run-out along the path: {self.farthest:.6g} m of its {self.length:.6g} m, first at {when:.4g} s; {last} "
-                f"(deeper than {self.threshold:g} m){more}")
+                f"(deeper than {self.threshold:g} m)")

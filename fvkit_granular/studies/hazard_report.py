@@ -15,10 +15,13 @@ from fvkit.files import csv_text, write_whole
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.studies.mass_balance import mass_balance
+from fvkit_granular.studies.mass_balance import EDGES, mass_balance
 from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
 from fvkit_granular.terrain.rasters import write_raster
 from fvkit_granular.terrain.terrain import Terrain
+
+#: Speed from which on a flow still moves, m/s; share of all that is worth a word where it left through a side.
+MOVES, LEFT = 0.1, 1e-3
 
 #: Head of the report.
 STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
@@ -68,9 +71,34 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
             write_whole(folder / picture, partial(_fill, pictures[picture]))
     write_series(folder, watched)
     summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
-    page = _page(scene, solution, summary, pictures)
+    told = limits(scene, solution, hazard, watched)
+    page = _page(scene, solution, summary, told, pictures)
     write_whole(folder / "report.html", lambda file: file.write(page.encode()))
-    return summary
+    return "\n".join([summary, *(f"caution: {text}" for text in told[1:])])
+
+
+def limits(scene: Scene, solution: Solution, hazard: HazardMaps, watched: Mapping[str, Any]) -> list[str]:
+    """Return what limits the result of a run, as sentences: first the grid, then what was seen in this run."""
+    seen, stats, dx = solution.observables(), solution.stats, solution.grid.axes[0].dx
+    balance = mass_balance(scene, solution)
+    there = sum(balance.first.values()) + sum(max(sum(row.values()), 0.0) for row in balance.entered.values())
+    lost = {side: -sum(balance.entered[side].values()) for side in EDGES}
+    speed = float(np.hypot(seen["v_x"], seen["v_y"])[seen["h"] >= hazard.threshold].max(initial=0.0)) if "v_x" in seen else 0.0
+    deep = stats.nonhyperbolic_faces - stats.nonhyperbolic_films
+    found = [f"no error of the grid was estimated: a run with cell = {2.0 * dx:g} shows how much hangs on the cells of {dx:g} m"]
+    if not solution.success:
+        found.append(f"the run ended early, and maps are those until then: {solution.message}")
+    if speed > MOVES:
+        found.append(f"where it is deeper than {hazard.threshold:g} m the flow still moves at the end, with up to {speed:.3g} m/s: "
+                     "run-out and deposit are not final")
+    found += [f"{volume:.4g} m3, {volume / there:.1%} of all, left through the {side}: what they do beyond is not known"
+              for side, volume in lost.items() if volume > LEFT * there]
+    if deep:
+        found.append(f"characteristic speeds were complex at {deep} pairs of face and step outside of films, up to "
+                     f"{stats.deepest_nonhyperbolic:.3g} m deep: the problem is ill-posed there and does not converge")
+    found += ["the flow reached the end of the path, which may be too short" for one in watched.values()
+              if isinstance(one, RunOut) and one.reaches_end]
+    return found
 
 
 def _fill(content: bytes, file: IO[bytes]) -> None:
@@ -82,7 +110,7 @@ def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer) -> b
     from fvkit_granular.terrain.maps import lay_over
 
     target = io.BytesIO()
-    bar = lay_over(relief, terrain, values, layer.shows, layer.least or 0.0)
+    bar = lay_over(relief, terrain, values / layer.unit, layer.shows, (layer.least or 0.0) / layer.unit)
     relief.figure.savefig(target, format="png", dpi=120, pil_kwargs={"compress_level": 3})
     bar.remove()
     bar.mappable.remove()
@@ -124,13 +152,14 @@ def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
     return "\n".join(lines)
 
 
-def _page(scene: Scene, solution: Solution, summary: str, pictures: Mapping[str, bytes]) -> str:
+def _page(scene: Scene, solution: Solution, summary: str, told: Sequence[str], pictures: Mapping[str, bytes]) -> str:
     """Return the report as one HTML page with its pictures inside."""
     kept = solution.configuration
     versions = ", ".join(f"{name} {version}" for name, version in kept["versions"].items())
     parts = [f"<h1>{html.escape(scene.name or scene.terrain.name)}</h1>", f"<p>{html.escape(scene.description)}</p>",
              f"<p>{html.escape(solution.message)}; t = {solution.t[-1]:.6g} s; {solution.stats.steps} steps in "
-             f"{solution.stats.seconds:.3g} s.</p>", f"<pre>{html.escape(summary)}</pre>"]
+             f"{solution.stats.seconds:.3g} s.</p>", f"<pre>{html.escape(summary)}</pre>", "<h2>What limits the result</h2>",
+             "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in told) + "</ul>"]
     for name, content in pictures.items():
         picture = base64.b64encode(content).decode()
         parts.append(f'<figure><img alt="{name}" src="data:image/png;base64,{picture}"><figcaption>{name}</figcaption></figure>')

@@ -14,10 +14,11 @@ class Layer(NamedTuple):
     ----------
     name : of its file.
     key : map of `HazardMaps`; None for one of another origin.
-    shows : what it shows, with unit, for colour bars.
+    shows : what pictures of it show, with their unit, for colour bars.
     least : value up to which pictures leave it out; None for no picture.
     classes : ascending bounds of the classes of its style, in its unit; up to the first nothing is drawn.
-    colours : name of matplotlib's colour map.
+    colours : name of matplotlib's colour map of the style.
+    unit : that of pictures over that of the raster.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Layer(NamedTuple):
     least: float | None
     classes: tuple[float, ...]
     colours: str = "viridis_r"
+    unit: float = 1.0
 
 
 DEPTHS = (0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -36,7 +38,8 @@ LAYERS = (
     Layer("max_depth", "depth", "largest depth (vertical), m", 0.01, DEPTHS),
     Layer("max_thickness", "thickness", "largest thickness, m", None, DEPTHS),
     Layer("max_speed", "speed", "largest speed, m/s", 0.0, (0.01, 1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0), "plasma_r"),
-    Layer("max_pressure", "pressure", "largest dynamic pressure, Pa", 0.0, (1.0, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5), "inferno_r"),
+    Layer("max_pressure", "pressure", "largest dynamic pressure, kPa", 0.0, (1.0, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5), "inferno_r",
+          1e3),
     Layer("phi_at_max_depth", "phi", "solid fraction at the largest depth", None,
           (-1.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
     Layer("arrival", "arrival", "first arrival, s", -1.0, (-1.0, *TIMES[1:]), "cividis"),
