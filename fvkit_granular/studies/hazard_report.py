@@ -89,8 +89,8 @@ def limits(scene: Scene, solution: Solution, hazard: HazardMaps, watched: Mappin
     if not solution.success:
         found.append(f"the run ended early, and maps are those until then: {solution.message}")
     if speed > MOVES:
-        found.append(f"where it is deeper than {hazard.threshold:g} m the flow still moves at the end, with up to {speed:.3g} m/s: "
-                     "run-out and deposit are not final")
+        found.append(f"where it is deeper than {hazard.threshold:g} m the flow still moves at the end, with up to {speed:.3g} "
+                     "m/s: run-out and deposit are not final")
     found += [f"{volume:.4g} m3, {volume / there:.1%} of all, left through the {side}: what they do beyond is not known"
               for side, volume in lost.items() if volume > LEFT * there]
     if deep:
