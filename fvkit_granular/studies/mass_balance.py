@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit import Solution
+from fvkit import Solution, validation
 from fvkit.problem.directions import SIDES, component_names, mass_places
 from fvkit.run.stepper import numbered
 from fvkit.studies.tables import table
@@ -106,7 +106,10 @@ def mass_balance(scene: Scene, solution: Solution, hazard: HazardMaps | None = N
     >>> balance.entered["east"]["h"] < -1.0, abs(balance.error["h"]) < 1e-13
     (True, True)
     """
-    grid, model = solution.grid, solution.model
+    validation.instance(scene, "scene", Scene, "that was run")
+    grid, model = validation.instance(solution, "solution", Solution, "of fv.solve").grid, solution.model
+    if hazard is not None:
+        validation.instance(hazard, "hazard", HazardMaps, "that observed the run")
     if len(grid.axes) != 2 or not solution.stats.entered:
         raise ValueError("a mass balance is that of a run with two axes and a model with masses: with one axis see "
                          "`solution.stats.entered`")

@@ -114,3 +114,11 @@ def test_a_balance_of_one_axis_is_refused():
     scene = gr.Scene((0.0, 10.0), 0.1, lambda x: {"h": 1.0 + 0.0 * x, "phi": 0.5})
     with pytest.raises(ValueError, match="run with two axes"):
         gr.mass_balance(scene, fv.solve(scene.problem(gr.TwoPhase, 20)))
+
+
+@pytest.mark.parametrize("wrong", ["scene", "solution", "hazard"])
+def test_other_things_are_refused_by_name(wrong):
+    scene = gr.Scene(((0.0, 0.0), (10.0, 4.0)), 0.1, lambda x, y: {"h": 1.0 + 0.0 * x, "phi": 0.5})
+    given = {"scene": scene, "solution": fv.solve(scene.problem(gr.ShallowWater, (10, 4)))}
+    with pytest.raises(TypeError, match=f"`{wrong}` must be"):
+        gr.mass_balance(**given | {wrong: "torrent"})
