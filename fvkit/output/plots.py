@@ -35,6 +35,9 @@ ABOVE = 12.0
 #: A relief of more than so many largest depths hides the flow: depths are enlarged to about this share of it.
 HIDES, SHARE = 20.0, 0.15
 
+#: Share of such a relief that is drawn of the ground below it, however high it lies.
+UNDER = 0.05
+
 #: Share of a cell that a line may be longer than a whole number of them by rounding.
 ROUNDING = 1e-9
 
@@ -115,7 +118,8 @@ def _height(factor: float) -> str:
 def _layers(target: Axes, x: np.ndarray, below: np.ndarray, parts: Mapping[str, np.ndarray], factor: float = 1.0) -> None:
     """Draw layers, {name: thickness (n,)}, times a factor, above the bottom (n,), from below."""
     if np.any(below != 0.0):
-        target.fill_between(x, below, min(0.0, float(below.min())), color="0.75", label="bottom", linewidth=0.0)
+        floor = min(0.0, float(below.min())) if factor == 1.0 else float(below.min() - UNDER * np.ptp(below))
+        target.fill_between(x, below, floor, color="0.75", label="bottom", linewidth=0.0)
     for k, (name, thickness) in enumerate(parts.items()):
         target.fill_between(x, below, below + factor * thickness, color=SHADES[k % len(SHADES)], label=name, linewidth=0.0)
         below = below + factor * thickness

@@ -159,10 +159,10 @@ def test_a_figure_is_a_picture_for_a_notebook_without_pyplot(burgers):
     assert figure._repr_png_().startswith(b"\x89PNG")
 
 
-def channel(relief, depth, t_end=4.0):
-    """A flow of a given depth on a slope of 1000 m."""
+def channel(relief, depth, t_end=4.0, level=0.0):
+    """A flow of a given depth on a slope of 1000 m that ends at a level."""
     scene = gr.Scene((0.0, 1000.0), t_end, lambda x: {"h": depth * (np.abs(x - 300.0) < 100.0), "phi": 0.5},
-                     bottom=lambda x: relief * (1.0 - x / 1000.0), slope="mild")
+                     bottom=lambda x: level + relief * (1.0 - x / 1000.0), slope="mild")
     return solve(scene.problem(gr.ShallowWater, 50), times=[0.5 * t_end, t_end])
 
 
@@ -183,6 +183,12 @@ def test_depths_are_enlarged_where_the_relief_would_hide_them(relief, depth, fac
     np.testing.assert_array_equal(found.plot(kind="depth").get_lines()[0].get_ydata(), found.observables()["h"])
     with pytest.raises(ValueError, match="`enlarge` must be"):
         found.plot(kind="profile", enlarge=0.0)
+
+
+def test_high_ground_fills_the_picture():
+    low, high = channel(100.0, 1.0, level=1500.0).plot(kind="profile").get_ylim()
+    assert low > 1480.0
+    assert high < 1650.0
 
 
 @pytest.mark.filterwarnings("ignore::fvkit_granular.scenes.slope.SteepSlopeWarning")
