@@ -26,7 +26,7 @@ class Status(Enum):
     INADMISSIBLE = "a state left what the model allows"
     INTERRUPTED = "the run was interrupted"
     ERROR = "an exception ended the run"
-    NONHYPERBOLIC = "the characteristic speeds became complex, and nonhyperbolic='raise' was asked for"
+    NONHYPERBOLIC = "the characteristic speeds became complex (nonhyperbolic='raise')"
 
 
 @attrs.frozen

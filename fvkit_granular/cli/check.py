@@ -22,7 +22,7 @@ from fvkit_granular.terrain.hydrograph import OverTime
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    check = add_command(commands, "check", _check, "read a scene on a terrain, draw it, and say what a run will take",
+    check = add_command(commands, "check", _check, "read a scene on a terrain and draw it; report volumes, slopes and run time",
                         "fvkit check torrent.toml --out check.png")
     check.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     one_of(check, "--model", MODELS, "two-phase")
@@ -33,8 +33,8 @@ def _check(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     label = scene_label(options.scene)
     if scene.terrain is None:
-        raise ValueError(f"fvkit check looks at scenes on a terrain, and {label} has none: fvkit advise {options.scene} says "
-                         "what a profile needs")
+        raise ValueError(f"fvkit check is for scenes on a terrain, and {label} has none: for a profile run "
+                         f"fvkit advise {options.scene}")
     picture = Path(f"{label}-check.png") if options.out is None else options.out
     if picture.suffix != ".png":
         raise ValueError(f"--out must end in .png, got {picture}")

@@ -67,13 +67,15 @@ class Advice:
         n = self.numbers
         needed = {"two-phase": "the full model is needed", "reduced": "the reduced model suffices",
                   "shallow-water": "shallow water suffices"}[self.model]
-        predicted = (f"predicted model error, doubled to decide: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e}"
-                     if self.valid else
+        predicted = (f"predicted model error: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e} (recommended below half the "
+                     "tolerance)" if self.valid else
                      "predicted model error: not valid here, see the cautions; `fvkit advise SCENE --check` measures it")
-        needed = needed if self.valid else "the full model, since no prediction is valid here,"
+        needed = needed if self.valid else "the full model (no valid prediction)"
+        drag = " (>> 1: phases move together)" if n.damping > 100.0 else ""
         lines = [f"{self.scene or 'scene'}: {needed} for an error of the depth of {self.tol:g} (mean, over the mean depth)",
-                 f"  phi {n.phi:.3g}, varying by {n.phi_range:.2g}, spreads over {n.spread:.3g} m; drag K T = {n.damping:.3g}",
-                 f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of 2 a beta; dry share {n.dry_share:.0%}",
+                 f"  solid fraction {n.phi:.3g} ({f'range {n.phi_range:.2g}' if n.phi_range else 'uniform'}); mixing length "
+                 f"{n.spread:.3g} m; drag strength K T = {n.damping:.3g}{drag}",
+                 f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of the limit 2 a beta; {n.dry_share:.0%} dry",
                  f"  {predicted}",
                  f"  scheme: {self.scheme}, {self.cells} cells (estimated grid error {self.grid_error:.1e}, "
                  f"{'with jumps' if self.jumps else 'smooth'}), about {_duration(self.seconds)} compiled"]

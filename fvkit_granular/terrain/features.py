@@ -158,7 +158,7 @@ def _shapefile(path: Path) -> Given:
                          for one in file.iterShapeRecords()]
     except (shapefile.ShapefileException, Warning, OSError, struct.error, LookupError, TypeError, ValueError) as error:
         said = " ".join(str(error).split())
-        raise Unreadable(path, f"it is damaged or no shapefile, or no .dbf stands beside it ({said})") from None
+        raise Unreadable(path, f"it is damaged or no shapefile, or its .dbf is missing ({said})") from None
     return str(path), given, systems.read_beside(path)
 
 
