@@ -12,6 +12,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
 from fvkit_granular.sources.drag import ConstantDrag, Drag
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction
+from fvkit_granular.studies.advise_terrain import TerrainAdvice, advise_on_terrain
 from fvkit_granular.studies.grid_error_estimate import MOST, resolution
 from fvkit_granular.studies.model_error_indicators import Indicators, indicators, sampled
 
@@ -93,7 +94,7 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.2g} ms"
 
 
-def advise(scene: Scene, tol: float = 1e-3) -> Advice:
+def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
     """Return which model, scheme and grid a scene needs. Nothing is run.
 
     The model is the cheapest whose predicted error, doubled, is below the tolerance; how the prediction is made stands in
@@ -103,11 +104,12 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     Parameters
     ----------
     scene : the scene.
-    tol : wanted mean error of the depth over the mean depth, in (0, 1).
+    tol : wanted mean error of the depth over the mean depth, in (0, 1); on a terrain nothing depends on it.
 
     Returns
     -------
     Advice
+        For a scene on a terrain a `TerrainAdvice`: phases, cells and time as far as they are known, without predicted errors.
 
     Raises
     ------
@@ -116,6 +118,8 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     """
     scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     tol = validation.real(tol, "tol", above=0.0, below=1.0)
+    if scene.terrain is not None:
+        return advise_on_terrain(scene)
     state = sampled(scene)
     numbers = indicators(scene, state)
     slope = _slope(scene, state) if np.ptp(state["b"]) > 0.0 else 0.0
