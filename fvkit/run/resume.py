@@ -159,9 +159,16 @@ def _unchanged(value: Any, name: str, kept: Mapping[str, Any], archive: Archive)
     """Return a part of a run, or raise ValueError where it differs from that of the checkpoint in what a file can hold."""
     place, now, then = next(_differences(json.loads(json.dumps(describe(value))), kept.get(name), name), ("", None, None))
     if place:
-        raise ValueError(f"{place} is {validation.shown(now)}, but {validation.shown(then)} in the run of {archive.path}: a run "
-                         "goes on with its own physics and scheme. Give those, or begin a new run")
+        raise ValueError(f"{place} is {_named(now)}, but {_named(then)} in the run of {archive.path}: a run goes on with its own "
+                         "physics and scheme. Give those, or begin a new run")
     return value
+
+
+def _named(described: Any) -> str:
+    """Return what a message says of a result of `describe`: of several parts their names."""
+    if isinstance(described, list) and all(isinstance(item, Mapping) and "class" in item for item in described):
+        return f"({', '.join(item['class'] for item in described)})"
+    return validation.shown(described)
 
 
 def _differences(now: Any, then: Any, place: str) -> Iterator[tuple[str, Any, Any]]:

@@ -187,10 +187,12 @@ class Stepper:
 
     @property
     def _next_look(self) -> float:
-        """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step."""
+        """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step.
+
+        A field that names its kinks, where steps end, needs no look."""
         problem, march = self.problem, self._march
-        steady = problem.steady_boundary and all(field.steady for field in problem.fields)
-        return np.inf if steady or march.max_cfl > 0.0 else march.t + (problem.t_end - problem.t_start) / IDLE
+        seen = problem.steady_boundary and all(field.steady or field.breaks() for field in problem.fields)
+        return np.inf if seen or march.max_cfl > 0.0 else march.t + (problem.t_end - problem.t_start) / IDLE
 
     @property
     def _resting(self) -> bool:

@@ -272,3 +272,32 @@ def test_a_kink_bends_by_the_whole_of_its_turn():
     rows = Slopes(np.maximum(0.4 * (47.0 - grid.centers), -0.1 * (grid.centers - 47.0)), grid, True).at(0.0)
     assert rows[1].sum() * grid.dx == pytest.approx(0.3, rel=1e-12)
     assert (rows[1] >= -1e-12).all()
+
+
+ENDS = {"outflow": fv.Outflow(), "hydrograph": (gr.Hydrograph((0.0,), (3.0,), (0.4,)), fv.Outflow()),
+        "level": (fv.Wall(), gr.FixedLevel(-34.8, phi=0.3)), "given": (gr.GivenFlow(1.0, 0.4, 4.0, 4.0), fv.Outflow()),
+        "fast": (gr.GivenFlow(1.0, 0.4, 2.9, 2.9), fv.Outflow()), "slope": gr.UniformSlope()}
+
+
+def through_ends(model, end, backend):
+    problem = fv.Problem(model, fv.Grid(0.0, 60.0, 40), lambda x: model.conserved_from(
+        1.0 + 0.3 * np.exp(-((x - 30.0) / 6.0) ** 2), 0.4 + 0.1 * np.sin(x / 5.0), 2.4, 0.2), 2.0, aux={"b": lambda x: -0.6 * x},
+        boundary=ENDS[end])
+    return fv.solve(problem, backend=backend, nonhyperbolic="ignore")
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("kind", [gr.ShallowWater, gr.Reduced, gr.TwoPhase, gr.TwoLayer])
+def test_a_plane_is_mild_ground_of_weaker_gravity_through_its_ends(kind, end):
+    """Without friction. The faces of two phases with complex speeds are the same too."""
+    steep, mild = (through_ends(model, end, "numpy") for model in (kind(slope="steep", dry=1e-8), kind(g=G / 1.36, dry=1e-8)))
+    np.testing.assert_allclose(steep.q, mild.q, atol=1e-11)
+    assert steep.stats.nonhyperbolic_faces == mild.stats.nonhyperbolic_faces
+    assert (mild.stats.nonhyperbolic_faces > 0) == (len(kind.phases) > 1)
+
+
+def test_compiled_code_has_the_same_ends_on_steep_ground(backend):
+    steep, mild = (through_ends(model, "fast", backend) for model in (gr.TwoPhase(slope="steep", dry=1e-8),
+                                                                      gr.TwoPhase(g=G / 1.36, dry=1e-8)))
+    np.testing.assert_allclose(steep.q, mild.q, atol=1e-11)
+    assert steep.stats.nonhyperbolic_faces == mild.stats.nonhyperbolic_faces > 0

@@ -53,7 +53,7 @@ class Writer:
         self.blocks: list[Block] = []
         self.rows = 0
         self.names: list[str] = []
-        self.parts = parts.mapped(self._symbolic)
+        self.model, self.parts = parts.model, parts.mapped(self._symbolic)
         self.boundary = tuple(self._symbolic(side) for side in problem.ends)
         self.parts = self.parts._replace(dx=self._parameter())
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
