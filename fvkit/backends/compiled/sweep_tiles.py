@@ -154,6 +154,7 @@ class SweepGenerator(Generator):
 #: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.
 _DRIVER = '''
 def {name}(jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx, through, found):
+    wide()
     found[:] = 0
     found[1] = -1
     for j in range(smx.shape[0]):
