@@ -92,6 +92,7 @@ if OTHER:
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple("aarch64-unknown-linux-gnu").create_target_machine(cpu="neoverse-v1", opt=3)
     text = re.sub(r'target (triple|datalayout) = .*', '', re.sub(r'"target-(cpu|features)"="[^"]*"', '', text))
+    text = re.sub(r'= .*call i8 @llvm.x86.atomic.sub.cc.i64.*', '= add i8 0, 0', text)  # numba counts references so, outside of loops
     found = llvm.parse_assembly(text)
     found.triple, found.data_layout = machine.triple, str(machine.target_data)
     print(len(re.findall(r"fdiv\\s+(?:v\\d+.2d|z\\d+.d)", machine.emit_assembly(found))))
