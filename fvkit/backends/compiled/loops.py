@@ -17,7 +17,7 @@ from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
 
 #: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
-TILE, SPARE = 509, 19
+TILE, SPARE = 512, 16
 
 
 class Row(NamedTuple):
