@@ -305,7 +305,8 @@ class Manning(BasalFriction):
 
     def strength(self, model, h):
         """Return g n^2/h^(4/3), 1/m."""
-        return model.g * (self.n * self.n) / (h * np.cbrt(h))
+        # A power would not be vectorised: exp and log are.
+        return model.g * (self.n * self.n) * np.exp(-4.0 / 3.0 * np.log(h))
 
 
 def quadratic(speed, a):

@@ -287,32 +287,6 @@ class _Emitter:
         near = builder.fcmp_ordered("<", self.intrinsic("llvm.fabs", x), number(0.35))
         return builder.select(near, builder.fmul(p, x), builder.fsub(self._exp(x), number(1.0)))
 
-    def _cbrt(self, x: Any) -> Any:
-        """The cube root, to one unit in the last place: y = |x|^(-1/3) from a third of the bits and three steps for x y^3 = 1,
-        then x y^2, with one step for its own remainder."""
-        builder, number, whole = self.builder, self.number, lambda value: self.ir.Constant(self.whole, value)
-        size = self.intrinsic("llvm.fabs", x)
-        small = builder.fcmp_ordered("<", size, number(2.0**-1000))
-        a = builder.select(small, builder.fmul(size, number(2.0**108)), size)
-        third = builder.lshr(builder.bitcast(a, self.whole), whole(2))
-        for shift in (2, 4, 8, 16, 32):
-            third = builder.add(third, builder.lshr(third, whole(shift)))
-        y = builder.bitcast(builder.sub(whole(0x553EF0FF289DD796), third), self.double)
-        for terms in ((2.0 / 9.0, 1.0 / 3.0), (2.0 / 9.0, 1.0 / 3.0), (1.0 / 3.0,)):
-            rest = self.fused(builder.fneg(builder.fmul(a, y)), builder.fmul(y, y), number(1.0))
-            p = number(terms[0])
-            for term in terms[1:]:
-                p = self.fused(p, rest, number(term))
-            y = self.fused(builder.fmul(p, rest), y, y)
-        square = builder.fmul(y, y)
-        root = builder.fmul(a, square)
-        rest = self.fused(builder.fneg(builder.fmul(root, root)), root, a)
-        root = self.fused(builder.fmul(rest, number(1.0 / 3.0)), square, root)
-        root = builder.select(small, builder.fmul(root, number(2.0**-36)), root)
-        plain = builder.and_(builder.fcmp_ordered(">", size, number(0.0)), builder.fcmp_ordered("<", size, number(math.inf)))
-        root = builder.select(builder.fcmp_ordered("<", x, number(0.0)), builder.fneg(root), root)
-        return builder.select(plain, root, x)
-
     def _log(self, x: Any) -> Any:
         """log of 2^k m as k log(2) + 2 artanh((m - 1)/(m + 1)), sqrt(1/2) < m < sqrt(2), to two units in the last place."""
         builder, number, whole = self.builder, self.number, lambda value: self.ir.Constant(self.whole, value)

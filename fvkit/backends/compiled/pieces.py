@@ -20,9 +20,8 @@ LOOP, HANDED = 6.0, 1.5
 
 #: Cycles until a result is there, where it is not `USUAL`, and the instructions of an operation, where they are not one.
 USUAL = 4
-CYCLES = {"/": 14, "sqrt": 20, "sign": 8, "cbrt": 100, "exp": 75, "expm1": 80, "log": 110, "pow": 200, "abs": 1, "neg": 1}
-INSTRUCTIONS = {"sign": 4, "cbrt": 42, f"maximum{KEEPS_NAN}": 3, f"minimum{KEEPS_NAN}": 3, "exp": 36, "expm1": 56, "log": 42,
-                "pow": 120}
+CYCLES = {"/": 14, "sqrt": 20, "sign": 8, "exp": 75, "expm1": 80, "log": 110, "pow": 200, "abs": 1, "neg": 1}
+INSTRUCTIONS = {"sign": 4, f"maximum{KEEPS_NAN}": 3, f"minimum{KEEPS_NAN}": 3, "exp": 36, "expm1": 56, "log": 42, "pow": 120}
 
 #: Nodes between two places where a body may be cut.
 GRAIN = 8
