@@ -191,7 +191,9 @@ class Writer:
         places = {_index(value): row.at(low) for row, value in writes}
         stored = dict(rows or {})
         whole = self.content([value for _, value in lines], always=always, stored=stored, like=like)
-        parts = pieces(whole, len(self.blocks)) if rows is None and all(value is not None for _, value in lines) else [whole]
+        # The second version of a loop and what stands behind a test run seldom: there cuts are not worth their compilation.
+        often = rows is None and like is None and all(value is not None for _, value in lines)
+        parts = pieces(whole, len(self.blocks)) if often else [whole]
         passing = 0
         while parts:
             part, parts = parts[0], parts[1:]

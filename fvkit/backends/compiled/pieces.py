@@ -23,6 +23,9 @@ USUAL = 4
 CYCLES = {"/": 14, "sqrt": 20, "sign": 8, "exp": 75, "expm1": 80, "log": 110, "pow": 200, "abs": 1, "neg": 1}
 INSTRUCTIONS = {"sign": 4, f"maximum{KEEPS_NAN}": 3, f"minimum{KEEPS_NAN}": 3, "exp": 36, "expm1": 56, "log": 42, "pow": 120}
 
+#: Largest share of the time of one loop that several may take: each is compiled, and less of a gain is not worth that.
+SHARE = 0.8
+
 #: Nodes between two places where a body may be cut.
 GRAIN = 8
 
@@ -106,7 +109,8 @@ class _Body:
                 total = so_far + cycles + left
                 if end > start and (end not in best or total < best[end][0]):
                     best[end] = (total, [*cuts, end])
-        return best[len(self.nodes)][1]
+        total, cuts = best[len(self.nodes)]
+        return cuts if total < SHARE * self.time(0)[-1] else [0, len(self.nodes)]
 
     def left(self, start: int, stop: int) -> list[Any]:
         """What the nodes of a piece leave: outputs, and what is needed from ``stop`` on."""
