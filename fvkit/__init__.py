@@ -45,6 +45,7 @@ from fvkit.schemes.riemann import HLL, PyClawRiemann, RiemannSolver, Roe, Rusano
 from fvkit.schemes.scheme import Scheme
 from fvkit.schemes.splitting import Godunov, Splitting, Strang
 from fvkit.schemes.wave_propagation import WavePropagation
+from fvkit.studies.compare import compare
 from fvkit.studies.convergence import convergence
 from fvkit.studies.orders import Convergence, OrderError
 from fvkit.sweeps import Keep, Samples, SweepResult, sweep
@@ -58,8 +59,8 @@ __all__ = [
     "NoLimiter", "Observer", "OrderError", "Outflow", "Periodic", "Phase", "PointwiseError", "Problem", "PyClawRiemann",
     "Reconstruction", "RiemannSolver", "Roe", "Rusanov", "Samples", "Scheme", "Solution", "SolveError", "Source", "Splitting",
     "Stats", "Status", "Step", "Stepper", "Stop", "StopAtRest", "Strang", "Stream", "Superbee", "SweepResult", "ThirdOrder",
-    "VanLeer", "Wall", "WavePropagation", "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs", "save",
-    "solve", "sweep", "where",
+    "VanLeer", "Wall", "WavePropagation", "compare", "convergence", "load", "maximum", "minimum", "rarely", "resume", "rhs",
+    "save", "solve", "sweep", "where",
 ]
 
 

@@ -1,11 +1,14 @@
 """Plotting helpers: figures, colour-blind-safe styles, log-log series and convergence slopes on given axes."""
 
+import os
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
 
+import attrs
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -26,10 +29,40 @@ class Picture(Figure):
         return buffer.getvalue()
 
 
+class PictureAxes(Axes):
+    """Axes of a `Picture`: what draws one returns them, and notebooks show the picture that they are part of."""
+
+    def _repr_png_(self) -> bytes | None:
+        return self.figure._repr_png_() if isinstance(self.figure, Picture) else None
+
+
+@attrs.frozen
+class Film(os.PathLike):
+    """An animation in a file, which notebooks play.
+
+    Parameters
+    ----------
+    path : the .gif or .mp4 file; ``open`` and everything else that takes a path takes the film itself.
+    """
+
+    path: Path
+
+    def __fspath__(self) -> str:
+        return str(self.path)
+
+    def _repr_html_(self) -> str:
+        """Return the file itself inside HTML."""
+        data = b64encode(self.path.read_bytes()).decode()
+        if self.path.suffix == ".mp4":
+            return f'<video controls src="data:video/mp4;base64,{data}"></video>'
+        return f'<img src="data:image/gif;base64,{data}">'
+
+
 def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list[Axes]]:
     """Return a `Picture` and the list of its rows x columns axes."""
     figure = Picture(figsize=(width * columns, height * rows), layout="constrained")
-    return figure, list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel())
+    axes = figure.subplots(rows, columns, squeeze=False, subplot_kw={"axes_class": PictureAxes})
+    return figure, list(axes.ravel())
 
 
 def save_all(folder: str | Path, contents: Mapping[str, str | Figure]) -> Path:

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fvkit import validation
-from fvkit.output.figures import COLORS, new_axes
+from fvkit.output.figures import COLORS, Film, new_axes
 from fvkit.output.status import Results
 from fvkit.problem.answers import wave_speeds
 from fvkit.problem.directions import quantities, speed_name, vectors
@@ -242,7 +242,7 @@ def drawing(solution: Results, kind: str | None) -> Callable[..., Axes]:
 
 
 def animate(solution: Results, path: str | Path, kind: str | None = None, fps: int = 12, ax: Axes | None = None,
-            **options: Any) -> Path:
+            **options: Any) -> Film:
     """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
 
     All frames have the same limits of the y axis, or of the colours of a map. Kind and options are those of `Solution.plot`.
@@ -275,7 +275,7 @@ def animate(solution: Results, path: str | Path, kind: str | None = None, fps: i
                     colours.set_clim(*limits)
                 writer.grab_frame()
         os.replace(whole, target)
-    return target
+    return Film(target)
 
 
 def checked_film(path: str | Path) -> Path:

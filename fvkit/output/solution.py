@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from xarray import Dataset
 
+    from fvkit.output.figures import Film
+
 
 @attrs.frozen(eq=False, repr=False)
 class Solution:
@@ -123,9 +125,10 @@ class Solution:
 
         return drawing(self, kind)(self, ax, i, **options)
 
-    def animate(self, path: str | Path, kind: str | None = None, fps: int = 12, ax: "Axes | None" = None, **options: Any) -> Path:
-        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4; kind and options as for `plot`, see
-        `fvkit.output.plots.animate`."""
+    def animate(self, path: str | Path, kind: str | None = None, fps: int = 12, ax: "Axes | None" = None,
+                **options: Any) -> "Film":
+        """Write an animation of all outputs, .gif or (with ffmpeg) .mp4, which notebooks play; kind and options as for `plot`,
+        see `fvkit.output.plots.animate`."""
         from fvkit.output.plots import animate
 
         return animate(self, path, kind, fps, ax, **options)

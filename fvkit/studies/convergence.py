@@ -88,7 +88,7 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
     counts = _counts(cells, reference is None)
     measure = NORMS[validation.choice(norm, "norm", NORMS)]
     wanted = None if expect is None else validation.real(expect, "expect")
-    exact = None if reference is None else _averaging(reference)
+    exact = None if reference is None else averaging(reference)
     solutions: list[Solution] = []
 
     def found() -> Convergence:
@@ -128,7 +128,7 @@ def _counts(cells: Sequence[int], alone: bool) -> tuple[int, ...]:
     return counts
 
 
-def _averaging(reference: Any) -> Callable[[Model, Grid, float], np.ndarray]:
+def averaging(reference: Any) -> Callable[[Model, Grid, float], np.ndarray]:
     """Return the reference as a function (model, grid, t) -> cell averages (num_eqn, *grid.shape)."""
     if hasattr(reference, "averages"):
         return reference.averages

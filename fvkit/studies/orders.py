@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from fvkit.studies.tables import ROUNDING, plain, table
+from fvkit.studies.tables import ROUNDING, plain, preformatted, table
 from fvkit.validation import Portable
 
 if TYPE_CHECKING:
@@ -128,6 +128,9 @@ class Convergence:
 
     def __str__(self) -> str:
         return self.table()
+
+    def _repr_html_(self) -> str:
+        return preformatted(self.table())
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Plot errors over the number of cells, log-log, with a reference slope of the observed order; return the axes."""

@@ -4,7 +4,6 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,7 +14,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.files import csv_text
 from fvkit.studies.orders import observed
-from fvkit.studies.tables import ROUNDING, plain, table
+from fvkit.studies.tables import ROUNDING, WIDTH, filled, plain, preformatted, table
 from fvkit.studies.work_precision import Row, WorkPrecision, time_to_reach, work_precision
 
 if TYPE_CHECKING:
@@ -101,43 +100,54 @@ class Report:
         """Whether rows differ in a column; with ``like`` only among rows of the same scheme."""
         return len({row[key] for row in self.rows if like is None or row["scheme"] == like["scheme"]}) > 1
 
-    def table(self) -> str:
-        """Return the report as text: a header, one line per run, notes and the verdict."""
-        observables = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
-        varied = [key for key in SETTINGS[1:] if self._varies(key)]
-        head = ["model", "riemann", *varied, "cells", "steps", "rej.", "ms", "ms min", "ns/cell"]
-        head += [text for name in observables for text in (f"L1 {name}", "ord.")] + ["mass drift", "status"]
-        body = [self._line(row, varied, observables) for row in self.rows]
-        fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in (*SETTINGS, "backend")
-                          if not self._varies(key) and self.rows[0][key])
-        text = [f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}", fixed, ""]
-        text.append(table([head, *body]))
+    def table(self, wide: bool = False) -> str:
+        """Return the report as text of at most `WIDTH` columns: a header, one line per run, notes and the verdict.
+
+        Parameters
+        ----------
+        wide : keep every column; else those that matter least are left out where the table is too wide, and a line says which.
+        """
+        columns = self._columns()
+        left_out = [] if wide else _narrow(columns)
         others = sorted({row["model"] for row in self.rows} - {self.full_model})
         where = "x and y, cells = those along x" if self.has_maps else "x"
-        text += ["", f"L1 = integral of |error| over {where}, ord. = observed order; ms = median wall time of the stepping."]
+        notes = [f"L1 = integral of |error| over {where}, ord. = observed order; ms = median wall time of the stepping."]
+        if left_out:
+            notes.append(f"Left out: {', '.join(left_out)} (table(wide=True), fvkit compare --wide; report.csv has all).")
         if others:
-            text += [f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with the "
-                     "scheme's on top."]
+            notes.append(f"* {', '.join(others)}: the error is a model error against the full model ({self.full_model}), with "
+                         "the scheme's on top.")
+        head = f"scene {self.scene} · reference {self.reference['kind']}: {self.reference['detail']}"
+        fixed = ", ".join(f"{key} {self.rows[0][key]}" for key in (*SETTINGS, "backend")
+                          if not self._varies(key) and self.rows[0][key])
+        text = [filled(head), filled(fixed), "", table(_lines(columns)), "", *map(filled, notes)]
         reached = self.work_precision()
         if reached is not None and reached.targets:
             text += ["", reached.table(), "",
-                     "Times interpolated between runs. [..] fastest for the full model; '<': even the coarsest grid is more "
-                     "accurate; '-': accuracy not reached."]
-        text += [remark["text"] for remark in self.remarks.values() if remark is not None]
-        text += ["Verdict: " + self.verdict()]
-        return "\n".join(text)
+                     filled("Times interpolated between runs. [..] fastest for the full model; '<': even the coarsest grid is "
+                            "more accurate; '-': accuracy not reached.")]
+        text += [filled(remark["text"]) for remark in self.remarks.values() if remark is not None]
+        return "\n".join([*text, filled("Verdict: " + self.verdict())])
 
-    def _line(self, row: Row, varied: list[str], observables: list[str]) -> list[str]:
-        name = row["model"] + ("" if row["model"] == self.full_model else "*")
-        line = [name, row["riemann"], *("-" if row[key] in (None, "") else str(row[key])
-                                       for key in (*varied, "cells", "steps", "rejected"))]
-        line += ["-" if row[key] is None else f"{factor * row[key]:.{digits}f}"
-                 for key, factor, digits in (("seconds", 1e3, 2), ("seconds_min", 1e3, 2), ("ns_per_cell_step", 1.0, 0))]
-        for observable in observables:
-            error, order = row["error"].get(observable), row["order_observed"].get(observable)
-            line += ["-" if error is None else f"{error:.2e}", "-" if order is None else f"{order:.2f}"]
-        drift = max((abs(value) for value in row["mass_drift"].values()), default=None)
-        return [*line, "-" if drift is None else f"{drift:.0e}", row["status"]]
+    def _columns(self) -> dict[str, list[str]]:
+        """Return the columns of the table, {heading: text of each run}."""
+        observables = list(dict.fromkeys(name for row in self.rows for name in row["error"]))
+        columns = {"model": [row["model"] + ("" if row["model"] == self.full_model else "*") for row in self.rows],
+                   "riemann": [row["riemann"] for row in self.rows]}
+        for name, key in [*((key, key) for key in SETTINGS[1:] if self._varies(key)), ("cells", "cells"), ("steps", "steps"),
+                          ("rej.", "rejected")]:
+            columns[name] = ["-" if row[key] in (None, "") else str(row[key]) for row in self.rows]
+        for name, key, factor, digits in (("ms", "seconds", 1e3, 2), ("ms min", "seconds_min", 1e3, 2),
+                                          ("ns/cell", "ns_per_cell_step", 1.0, 0)):
+            columns[name] = ["-" if row[key] is None else f"{factor * row[key]:.{digits}f}" for row in self.rows]
+        for name in observables:
+            errors, orders = ([row[key].get(name) for row in self.rows] for key in ("error", "order_observed"))
+            columns[f"L1 {name}"] = ["-" if error is None else f"{error:.2e}" for error in errors]
+            columns[f"ord. {name}"] = ["-" if order is None else f"{order:.2f}" for order in orders]
+        drifts = [max((abs(value) for value in row["mass_drift"].values()), default=None) for row in self.rows]
+        if any(drift is not None for drift in drifts):
+            columns["mass drift"] = ["-" if drift is None else f"{drift:.0e}" for drift in drifts]
+        return columns | {"status": [row["status"] for row in self.rows]}
 
     def work_precision(self, observable: str | None = None, targets: Sequence[float] | None = None) -> WorkPrecision | None:
         """Return the run time that every series needs for given errors, interpolated in log-log.
@@ -226,7 +236,7 @@ class Report:
 
     def _repr_html_(self) -> str:
         """Return the table as HTML for notebooks."""
-        return f"<pre>{escape(self.table())}</pre>"
+        return preformatted(self.table())
 
     def to_json(self) -> str:
         """Return the report as JSON text; NaN and infinite numbers become null."""
@@ -250,6 +260,29 @@ def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:
     errors = np.array([[before["error"].get(name, 0.0), error] for name, error in row["error"].items()]).reshape(-1, 2).T
     orders = observed(errors, (before["cells"], row["cells"]))[0]
     return {name: None if np.isnan(order) else float(order) for name, order in zip(row["error"], orders, strict=True)}
+
+
+#: Columns that a narrow table leaves out, the first ones first; orders are those of all observables but the first.
+_DROPPED = ("ms min", "rej.", "mass drift", "orders", "ns/cell", "status", "steps")
+
+
+def _narrow(columns: dict[str, list[str]]) -> list[str]:
+    """Take columns out of a table until it is at most `WIDTH` wide, and return the names of those."""
+    left_out = []
+    for name in _DROPPED:
+        if max(map(len, table(_lines(columns)).splitlines())) <= WIDTH:
+            break
+        keys = [key for key in columns if key.startswith("ord. ")][1:] if name == "orders" else [name]
+        if name == "status" and set(columns[name]) != {"finished"}:
+            continue
+        if [columns.pop(key) for key in keys if key in columns]:
+            left_out.append(name)
+    return left_out
+
+
+def _lines(columns: Mapping[str, list[str]]) -> list[list[str]]:
+    heads = ["ord." if name.startswith("ord. ") else name for name in columns]
+    return [heads, *map(list, zip(*columns.values(), strict=True))]
 
 
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:

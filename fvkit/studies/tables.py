@@ -1,10 +1,20 @@
 """Text tables and JSON values of reports."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
+
+#: Columns of a terminal or a page that printed results keep to.
+WIDTH = 100
+
+
+def filled(text: str) -> str:
+    """Return a paragraph broken into lines of at most `WIDTH` columns."""
+    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def table(lines: Sequence[Sequence[str]], left: int = 2) -> str:
@@ -13,6 +23,11 @@ def table(lines: Sequence[Sequence[str]], left: int = 2) -> str:
     return "\n".join("  ".join(cell.ljust(len(dashes)) if k < left else cell.rjust(len(dashes))
                                for k, (cell, dashes) in enumerate(zip(line, rule, strict=True))).rstrip()
                      for line in [lines[0], rule, *lines[1:]])
+
+
+def preformatted(text: str) -> str:
+    """Return text as HTML for notebooks, columns aligned."""
+    return f"<pre>{escape(text)}</pre>"
 
 
 def plain(value: Any) -> Any:

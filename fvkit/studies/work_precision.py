@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit.studies.tables import ROUNDING, table
+from fvkit.studies.tables import ROUNDING, preformatted, table
 
 Row = dict[str, Any]
 
@@ -58,6 +58,9 @@ class WorkPrecision:
 
     def __str__(self) -> str:
         return self.table()
+
+    def _repr_html_(self) -> str:
+        return preformatted(self.table())
 
     def as_dict(self) -> dict[str, Any]:
         """Return targets, times and the fastest series as a dictionary for JSON."""

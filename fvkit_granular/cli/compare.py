@@ -10,6 +10,7 @@ from fvkit.files import remove, usable_folder
 from fvkit.output.figures import save_all
 from fvkit.problem.directions import observables
 from fvkit.studies.report_pictures import pictures
+from fvkit.studies.tables import filled
 from fvkit_granular.cli import options as common
 from fvkit_granular.models.registry import COMPARED, MODELS
 from fvkit_granular.scenes.scene import Scene
@@ -43,6 +44,7 @@ def register(commands: Any) -> None:
                        help="time limit per run (s); runs expected to exceed it are skipped, others are stopped (default: none)")
     study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
                        help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
+    study.add_argument("--wide", action="store_true", help="print every column (default: a table of at most 100 columns)")
     common.common_options(study, "fvkit-compare-SCENE")
 
 
@@ -64,11 +66,8 @@ def _compare(options: argparse.Namespace) -> int:
     drawn = {} if stopped else {f"{y}-over-{x}.png": report.figure(x, y) for x, y in options.plot_axes}
     save_all(folder, drawn)
     remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=drawn)
-    table = report.table().splitlines()
-    print("\n".join(table[:-1]))
-    written = ["report.json", "report.csv", *always, *drawn]
-    print(f"written to {folder}/: {', '.join(written)}")
-    print(table[-1])
+    print(report.table(options.wide))
+    print(filled(f"written to {folder}/: {', '.join(['report.json', 'report.csv', *always, *drawn])}"))
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)
     return INTERRUPTED if stopped else SUCCESS if finished else FAILED
 

@@ -12,7 +12,7 @@ from fvkit import Grid, validation
 from fvkit.output.solution import Solution
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.directions import component_names
-from fvkit.problem.grid import Axis
+from fvkit.studies.fine_grid_reference import averaged
 from fvkit_granular.models.quantities import Flow, conserved, conserved_from
 
 #: The only kinds of reference.
@@ -99,16 +99,7 @@ class SelfConverged(Reference):
 
     def averages(self, model: Any, grid: Grid, t: float) -> np.ndarray:
         seen = self.solution.observables(int(np.argmin(np.abs(self.solution.t - t))))
-        q = conserved_from(model, seen, len(grid.axes))
-        for k, (fine, coarse) in enumerate(zip(self.solution.grid.axes, grid.axes, strict=True), start=1):
-            q = np.apply_along_axis(_averaged, -k, q, fine, coarse)
-        return q
-
-
-def _averaged(values: np.ndarray, fine: Axis, coarse: Axis) -> np.ndarray:
-    """Averages over the cells of a coarse axis, of averages along a line of a fine one."""
-    integrals = np.concatenate([np.zeros(1), np.cumsum(values) * fine.dx])
-    return np.diff(np.interp(coarse.edges, fine.edges, integrals)) / coarse.dx
+        return averaged(conserved_from(model, seen, len(grid.axes)), self.solution.grid, grid)
 
 
 def still(flow: Flow, bottom: Callable[..., Any] | None = None) -> FunctionReference:

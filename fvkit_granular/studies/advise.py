@@ -6,6 +6,7 @@ import attrs
 import numpy as np
 
 from fvkit import Outflow, Periodic, Problem, Wall, validation
+from fvkit.studies.tables import preformatted
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
@@ -81,6 +82,9 @@ class Advice:
 
     def __str__(self) -> str:
         return self.text()
+
+    def _repr_html_(self) -> str:
+        return preformatted(self.text())
 
 
 def _duration(seconds: float) -> str:

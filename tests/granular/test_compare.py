@@ -50,8 +50,8 @@ def test_model_errors_do_not_fall_with_the_grid_and_the_table_says_so(report):
     text = report.table()
     assert "reduced*" in text
     assert "model error against the full model" in text
-    assert text.splitlines()[-1].startswith("Verdict: at L1(h) = ")
-    assert "is fastest" in text.splitlines()[-1]
+    assert "Verdict: at L1(h) = " in text
+    assert "is fastest" in text.replace("\n", " ")
 
 
 def test_observed_orders_follow_the_errors(report):

@@ -1,5 +1,8 @@
 """Pictures, films and what a notebook shows: the right data on the given axes."""
 
+import os
+from base64 import b64encode
+
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -90,12 +93,19 @@ def test_what_a_model_has_not_is_a_sentence(burgers, tmp_path):
 def test_a_film_has_a_frame_per_output(slide, tmp_path):
     from PIL import Image
 
-    path = slide.animate(tmp_path / "film.gif", kind="profile", fps=5)
+    found = slide.animate(tmp_path / "film.gif", kind="profile", fps=5)
+    path = found.path
     with Image.open(path) as film:
         assert film.n_frames == 4
         assert film.info["duration"] == 200
     assert [entry.name for entry in tmp_path.iterdir()] == ["film.gif"]
     assert imread(path).std() > 0.0
+    assert b64encode(path.read_bytes()).decode() in found._repr_html_()
+    assert os.fspath(found) == str(path)
+
+
+def test_axes_as_the_last_line_of_a_notebook_show_their_picture(slide):
+    assert slide.plot()._repr_png_().startswith(b"\x89PNG")
 
 
 def test_a_missing_ffmpeg_is_a_sentence(burgers, tmp_path, monkeypatch):

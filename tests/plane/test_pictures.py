@@ -126,7 +126,7 @@ def test_a_film_has_the_same_colours_in_all_frames(solution, monkeypatch, tmp_pa
         return ax
 
     monkeypatch.setitem(plots.MAPS, "map", noted)
-    path = solution.animate(tmp_path / "film.gif", fps=2, name="h")
+    path = solution.animate(tmp_path / "film.gif", fps=2, name="h").path
     with Image.open(path) as film:
         assert film.n_frames == 4
     film_axes = seen[-1]

@@ -30,7 +30,7 @@ ORDER = partial(fv.convergence, partial(RIEMANN.problem, gr.TwoPhase), None, (10
 SWEEP = partial(fv.sweep, gr.SceneRun("riemann", cells=20), {"gamma": [0.3, 0.4, 0.5, 0.6]}, workers=1)
 #: Studies that run in this process: the module that solves, the study, the run that is interrupted, runs or parts that are done.
 STUDIES = {
-    "compare": ("fvkit_granular.studies.compare", COMPARE, 4, lambda report: len(report.rows) == 2),  # the first run is the warm-up
+    "compare": ("fvkit.studies.compare", COMPARE, 4, lambda report: len(report.rows) == 2),  # the first run is the warm-up
     "convergence": ("fvkit.studies.convergence", ORDER, 3, lambda found: found.runs == (10, 20)),
     "sweep": ("fvkit_granular.studies.scene_run", SWEEP, 3, lambda found: list(found.status) == ["finished"] * 2 + ["interrupted"] * 2),
     "validate": ("fvkit_granular.cli.advise", partial(advice_validation.validate, 4, cells=10), 14, lambda rows: len(rows) == 2),
@@ -94,7 +94,7 @@ def test_a_conformance_suite_does_not_count_ctrl_c_as_a_failed_check():
 
 @pytest.mark.parametrize(("command", "module", "number", "written"), [
     (["compare", "riemann", "--models", "two-phase", "--riemann", "roe", "--cells", "10", "20", "--repeats", "1", "--plot-axes",
-      "steps", "error.h"], "fvkit_granular.studies.compare", 3, "report.json"),
+      "steps", "error.h"], "fvkit.studies.compare", 3, "report.json"),
     (["convergence", "riemann", "--cells", "10", "20", "40"], "fvkit.studies.convergence", 3, "convergence.json")])
 def test_a_command_writes_what_was_done_and_ends_with_130(command, module, number, written, monkeypatch, tmp_path, capsys):
     interrupted_in_run(number, module, monkeypatch)
