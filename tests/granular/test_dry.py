@@ -45,7 +45,7 @@ def test_waves_add_up_to_the_jump_on_wild_faces(model):
             assert (np.diff([np.broadcast_to(s, 250_000) for s in speeds[3 * phase:3 * phase + 3]], axis=0) >= 0.0).all(), momentum
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**31), order=st.sampled_from([1, 2]), solver=st.sampled_from(SOLVERS), kind=st.integers(0, 7),
        model=st.sampled_from([gr.TwoPhase(), gr.Reduced(), gr.ShallowWater()]))
 def test_no_mass_turns_negative_and_none_is_lost_whatever_the_states(seed, order, solver, kind, model):
