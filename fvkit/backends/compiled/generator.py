@@ -178,6 +178,7 @@ class Generator(Ends):
         if conditions:
             self.emit("rare = 0")
             self.loop(count, [], low, [("rare = rare | {}", rare)])
+        usual_block: Block | None = None
         for which, (values, asked) in enumerate(versions):
             if conditions:
                 self.emit("else:" if which else "if rare == 0:")
@@ -187,8 +188,8 @@ class Generator(Ends):
             if first and self.problem.model.defines("hyperbolic_discriminant"):
                 extra.append(("doubt = doubt | {}", self.suspect(low)))
             marks = [(row, self.graph.node("where", asked[k], 1.0, 0.0)) for k, row in masks.items()]
-            self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1, always=which == 0,
-                      like=self.blocks[-1] if which else None)
+            usual_block = self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1,
+                                    always=which == 0, like=usual_block)
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
