@@ -28,6 +28,8 @@ extensions = [
     "sphinxcontrib.bibtex",
     "plain_docstrings",
     "gallery_scripts",
+    "mathml",
+    "unbroken_numbers",
 ]
 exclude_patterns = ["_build", "jupyter_execute", *(f"gallery/*.{kind}" for kind in ("py", "ipynb", "zip", "json", "md5"))]
 templates_path = ["templates"]
@@ -35,6 +37,10 @@ templates_path = ["templates"]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {"navigation_depth": 2, "show_toc_level": 2}
 html_title = f"fvkit {version}"
+# Pages work without a network: MathML needs no MathJax.
+html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["fvkit.css"]
 
 # A role without a name, `fv.solve`, is a link where there is a page for it, and else code.
 default_role = "py:obj"
@@ -81,6 +87,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
     "show_memory": False,
+    "write_computation_times": False,  # that page loads scripts from the network
     "abort_on_example_error": True,
 }
 

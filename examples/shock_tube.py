@@ -1,7 +1,7 @@
 """Your own equations: a shock tube, with Roe, HLL and an HLLC of your own
 =======================================================================
 
-`fv.compare` measures error against run time for any model. Here: the Euler equations, Sod's shock tube, and an exact solution.
+`fvkit.compare` measures error against run time for any model. Here: the Euler equations, Sod's shock tube, and an exact solution.
 
 HLL has two waves and smears the contact; HLLC (Toro, Spruce, Speares, Shock Waves 4, 1994, 25-34) puts it back as a third one,
 between the states that the jump conditions give it. A Riemann solver of fvkit returns waves of the flux: each jump of the state

@@ -129,7 +129,7 @@ if __name__ == "__main__":
 
 def register(commands: Any) -> None:
     """Add the commands to the parser of ``fvkit``."""
-    parser = add_command(commands, "cache", _cache, "show or clear the compiled kernels that are kept on disk",
+    parser = add_command(commands, "cache", _cache, "show or clear the cache of compiled kernels",
                          "fvkit cache --clear")
     parser.add_argument("--clear", action="store_true", help="remove them")
     add_command(commands, "cite", _cite, "print what to cite for results, as BibTeX", "fvkit cite >> references.bib")

@@ -13,6 +13,7 @@ from fvkit_granular.models.two_layer import TwoLayer
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.observers.front import Front
 from fvkit_granular.observers.hazard import HazardMaps
+from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes import shapes
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
@@ -27,11 +28,14 @@ from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, Veloci
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Manning, Voellmy
 from fvkit_granular.sources.rain import Drain, Rain
 from fvkit_granular.studies.advise import Advice, advise
+from fvkit_granular.studies.advise_terrain import TerrainAdvice
 from fvkit_granular.studies.compare import compare
+from fvkit_granular.studies.mass_balance import MassBalance, mass_balance
 from fvkit_granular.studies.scene_run import SceneRun
 from fvkit_granular.terrain.hydrograph import read_hydrograph
 from fvkit_granular.terrain.outline import OutlineScore, compare_outline
 from fvkit_granular.terrain.parameter import read_parameter
+from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.rasters import read_terrain, write_raster
 from fvkit_granular.terrain.release import Release, read_release
 from fvkit_granular.terrain.terrain import Terrain
@@ -43,12 +47,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Advice", "BasalFriction", "ConstantDrag", "CoulombFriction", "Curvature", "Drag", "Drain", "FixedLevel", "Front",
-    "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MovingEquilibrium", "OutlineScore", "PitmanLe",
-    "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "Scene", "SceneRun", "SelfConverged",
-    "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TwoLayer", "TwoPhase", "UniformSlope", "VelocityDrag",
-    "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact", "load_scene", "plots", "read_hydrograph",
-    "read_parameter", "read_release", "read_terrain", "scene", "scene_names", "scene_text", "scenes", "shapes", "steady",
-    "write_raster",
+    "FunctionReference", "GivenFlow", "HazardMaps", "Hydrograph", "Manning", "MassBalance", "MovingEquilibrium", "OutlineScore",
+    "PitmanLe", "PitmanLeDrag", "Profile", "Rain", "Reduced", "Reference", "Relaxation", "Release", "RunOut", "Scene",
+    "SceneRun", "SelfConverged", "ShallowWater", "ShapedFlow", "SteepSlopeWarning", "Terrain", "TerrainAdvice", "TwoLayer",
+    "TwoPhase", "UniformSlope", "VelocityDrag", "Voellmy", "Watch", "advise", "compare", "compare_outline", "draw_map", "exact",
+    "load_scene", "mass_balance", "plots", "read_hydrograph", "read_parameter", "read_path", "read_release", "read_terrain",
+    "scene", "scene_names", "scene_text", "scenes", "shapes", "steady", "write_raster",
 ]
 
 

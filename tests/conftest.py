@@ -4,9 +4,14 @@ import os
 import signal
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 os.environ["FVKIT_BACKEND"] = "numpy"
 os.environ.setdefault("MPLBACKEND", "Agg")
+
+# Examples may be slow on a machine that is busy; kernels are compiled in some. A test says how many examples it wants.
+settings.register_profile("fvkit", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("fvkit")
 
 
 @pytest.fixture(params=["numpy", "numba"])

@@ -15,7 +15,7 @@ from tests.pages import code_blocks
 TOP = Path(__file__).parent.parent
 #: Folders of docs/ that a build makes.
 BUILT = {"_build", "gallery", "generated", "jupyter_execute"}
-PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", TOP / "CONTRIBUTING.md", TOP / "SECURITY.md",
+PAGES = [TOP / "README.md", TOP / "CHANGELOG.md", TOP / "CONTRIBUTING.md", TOP / "SECURITY.md", TOP / "tests" / "LOG.md",
          *(page for page in sorted((TOP / "docs").rglob("*.md")) if not BUILT & set(page.relative_to(TOP).parts))]
 
 

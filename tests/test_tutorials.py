@@ -46,6 +46,12 @@ def test_a_tutorial_is_a_notebook_whose_checks_can_fail(name):
     assert "## Where to go next" in text
 
 
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_code_of_a_tutorial_fits_its_column(name):
+    cells = code_blocks(FOLDER / f"{name}.md", "{code-cell} ipython3")
+    assert not [line for cell in cells for line in cell.splitlines() if len(line) > 75]
+
+
 def test_every_tutorial_is_run():
     assert {page.stem for page in FOLDER.glob("*.md")} - {"index"} == set(TUTORIALS)
 

@@ -127,6 +127,17 @@ class Kernel(ABC):
         return
 
     @property
+    def book_rows(self) -> int:
+        """Rows of the books of masses: both ends of each axis, then sources: with one axis all together, with two each of those
+        beside the transport."""
+        return 3
+
+    @property
+    def books(self) -> tuple[int, int]:
+        """Shape of the books of masses, see `March.masses`."""
+        return self.book_rows, max(len(self.mass_rows), 1)
+
+    @property
     def steady_boundary(self) -> bool:
         """Whether `ghost_values` is the same at all times."""
         return all(side.steady for side in self.problem.ends)

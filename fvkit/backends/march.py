@@ -46,9 +46,10 @@ class March:
     """State and counters of a run: the accepted state ``now``, the trial state ``next``, and what was counted.
 
     Everything is kept in arrays that compiled code changes in place, so that an interruption at any moment leaves the
-    last accepted step. ``masses`` holds what entered through the left end, what left through the right one, and what sources
-    brought, a row each. ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at ``lost_face`` and
-    ``lost_time``, ``films`` those of them in films, and ``deepest`` is the depth of the deepest, in whole micrometres.
+    last accepted step. ``masses`` holds what passed the lower and the upper end of each axis, along it, and what sources brought,
+    a row each, see `Kernel.book_rows`. ``lost`` counts (face, step) pairs without hyperbolicity, the first of them at
+    ``lost_face`` and ``lost_time``, ``films`` those of them in films, and ``deepest`` is the depth of the deepest, in whole
+    micrometres.
     """
 
     t = _Number("real", 0, float)
@@ -62,10 +63,10 @@ class March:
     films = _Number("count", 5, int)
     deepest = _Number("count", 6, int)
 
-    def __init__(self, q: np.ndarray, t: float, dt: float, masses: int, stop_when_lost: bool = False,
+    def __init__(self, q: np.ndarray, t: float, dt: float, masses: tuple[int, int], stop_when_lost: bool = False,
                  bounds: tuple[float, float] = (0.0, np.inf)) -> None:
         self._buffers = (q, q.copy())
-        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0, 0, 0]), np.zeros((3, max(masses, 1)))
+        self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0, 0, 0]), np.zeros(masses)
         self.stop_when_lost, self.bounds = stop_when_lost, bounds
 
     def bounded(self, dt: float) -> float:
@@ -90,7 +91,7 @@ class March:
 
     @property
     def masses(self) -> np.ndarray:
-        """What passed both ends, and what sources brought, (3, masses)."""
+        """What passed the ends, and what sources brought, (rows, masses)."""
         return self.books[2]
 
     @property

@@ -35,16 +35,16 @@ class NumpyKernel(StepwiseKernel):
 
     def trial(self, march: March, dt: float) -> Trial:
         splitting, q, new = self.scheme.splitting, march.now, march.next
-        start, brought = q, np.zeros(max(len(self.mass_rows), 1))
+        start, brought = q, np.zeros((1, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
             self.set_fields(march.t + 0.5 * dt)
         for source in self.parts.beside if splitting.before > 0.0 else ():
-            self._act(source, start, self._work, splitting.before * dt, brought)
+            self._act(source, start, self._work, splitting.before * dt, brought[0])
             start = self._work
         self.fill_ghosts(start, march.t + 0.5 * dt)
         speed, flux, lost, lost_face = self._transport(start, new, march.t, dt)
         for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
-            self._act(source, new, new, splitting.after * dt, brought)
+            self._act(source, new, new, splitting.after * dt, brought[0])
         if self.problem.model.defines("settle"):
             inside = self.inside(new)
             for row, component in zip(inside, self.problem.model.settle(tuple(inside)), strict=True):

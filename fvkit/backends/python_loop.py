@@ -32,8 +32,8 @@ class Trial(NamedTuple):
     ----------
     max_speed : largest speed at any face, NaN if any is.
     good : whether the new state is finite, without negative masses, and admissible.
-    flux : (2, masses) mass fluxes through both ends.
-    brought : (masses,) what sources have added to each mass, summed over the cells.
+    flux : (2 times axes, masses) mass fluxes through the ends of each axis, along it.
+    brought : (sources, masses) what sources have added to each mass, summed over the cells; with one axis all of them together.
     lost, lost_face : faces that lost hyperbolicity, and the first of them.
     """
 
@@ -108,6 +108,6 @@ class StepwiseKernel(Kernel):
                 return Outcome.LOST_HYPERBOLICITY
         following = scheme.cfl * dx / report.max_speed if report.max_speed > 0.0 else np.inf
         following = self.following(march, dt, following)
-        passed = np.concatenate([dt * report.flux, self.volume * report.brought[None]])
+        passed = np.concatenate([dt * report.flux, self.volume * report.brought])
         march.accept(target if last else t + dt, march.bounded(following), cfl, rejected, passed)
         return Outcome.PAUSED

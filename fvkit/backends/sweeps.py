@@ -235,6 +235,10 @@ class PlaneKernel(StepwiseKernel):
         return self.problem.steady_boundary
 
     @property
+    def book_rows(self) -> int:
+        return 4 + max(1, len(self.parts.beside))
+
+    @property
     def dx(self) -> float:
         return self.problem.grid.axes[0].dx
 
@@ -257,7 +261,7 @@ class PlaneKernel(StepwiseKernel):
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
         splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
         first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
-        brought = np.zeros(max(len(self.mass_rows), 1))
+        brought = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
             self.set_fields(middle)
         start, between = march.now, self._work
@@ -265,10 +269,10 @@ class PlaneKernel(StepwiseKernel):
             if not self._few:
                 self.inside(march.next)[:] = self.inside(start)
                 start = march.next
-            for source, where in zip(self.parts.beside, self._places, strict=True):
+            for source, where, gain in zip(self.parts.beside, self._places, brought, strict=False):
                 if self._few:
                     kept.append((where, self._cells(start, where)))
-                self._act(source, start, splitting.before * dt, brought, where)
+                self._act(source, start, splitting.before * dt, gain, where)
         first.fill(start, middle)
         self._look_round(start)
         if self.joint:
@@ -278,16 +282,16 @@ class PlaneKernel(StepwiseKernel):
         one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
             # The step is too long, and its state may have negative masses: the second sweep must not see it.
-            return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((2, len(brought))), brought, Lost(), -1)
+            return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((4, brought.shape[1])), brought, Lost(), -1)
         second.fill(between, middle)
         if self.parts.across:
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
         self._look_round(between, second)
-        later = list(zip(self.parts.beside, self._places, strict=True))[::-1] if splitting.after > 0.0 else []
+        later = list(zip(self.parts.beside, self._places, brought, strict=False))[::-1] if splitting.after > 0.0 else []
         few = second.settles and self._few
         other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
-        acted = [where for source, where in later if self._act(source, march.next, splitting.after * dt, brought, where)]
+        acted = [where for source, where, gain in later if self._act(source, march.next, splitting.after * dt, gain, where)]
         good = not (few and other.bad)
         for where in acted if few else [None]:
             self._settle(march.next, where)
@@ -297,7 +301,8 @@ class PlaneKernel(StepwiseKernel):
         speed = max(one.speed * scales[0], other.speed * scales[1])
         if not isfinite(one.speed + other.speed):
             speed = float("nan")
-        flux = one.flux * widths[0] + other.flux * widths[1]
+        through = [one.flux * widths[0], other.flux * widths[1]]
+        flux = np.concatenate(through if first.number == 0 else through[::-1])
         lost = Lost(one.lost.faces + other.lost.faces, one.lost.films + other.lost.films,
                     max(one.lost.deepest, other.lost.deepest))
         return Trial(speed, good, flux, brought, lost, max(one.lost_cell, other.lost_cell))

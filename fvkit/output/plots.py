@@ -32,45 +32,97 @@ AROUND, LOWEST, HIGHEST = 0.9, 2.4, 9.0
 #: How far above a map the key of its arrows stands, pixels.
 ABOVE = 12.0
 
+#: A relief of more than so many largest depths hides the flow: depths are enlarged to about this share of it.
+HIDES, SHARE = 20.0, 0.15
+
+#: Share of such a relief that is drawn of the ground below it, however high it lies.
+UNDER = 0.05
+
 #: Share of a cell that a line may be longer than a whole number of them by rounding.
 ROUNDING = 1e-9
 
 
 def plot_state(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
-    """Plot every observable of a solution at output ``i`` over x, and the bottom if it is not zero."""
+    """Plot every observable of a solution at output ``i`` over x, and the bottom if it is not zero; but neither bottom nor
+    surface where the relief would hide all else, see `enlargement`."""
     target = ax if ax is not None else new_axes()[1][0]
-    x = solution.grid.centers
+    x, hidden = solution.grid.centers, enlargement(solution) > 1.0
     for k, (name, values) in enumerate(solution.observables(i).items()):
-        target.plot(x, values, color=COLORS[k % len(COLORS)], label=name)
-    bottom = solution.aux.get("b")
+        if not (hidden and name == "surface"):
+            target.plot(x, values, color=COLORS[k % len(COLORS)], label=name)
+    bottom = None if hidden else solution.aux.get("b")
     if bottom is not None and np.any(bottom != 0.0):
         target.fill_between(x, bottom, min(0.0, float(bottom.min())), color="0.8", label="bottom", zorder=0)
     return _finish(target, solution, i, "")
 
 
-def profile(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
+def profile(solution: Results, ax: Axes | None = None, i: int = -1, enlarge: float | None = None) -> Axes:
     """Plot the layers above the bottom at output ``i``, one colour per entry of the model's ``thicknesses``.
+
+    Parameters
+    ----------
+    enlarge : factor of the depths above the bottom, 1 for true ones; None for that of `enlargement`.
 
     Raises
     ------
     ValueError
         If the model defines no ``thicknesses``; use kind="state" then.
     """
+    target, parts = ax if ax is not None else new_axes()[1][0], _thicknesses(solution, i, "profile")
+    factor = enlargement(solution) if enlarge is None else validation.real(enlarge, "enlarge", above=0.0)
+    _layers(target, solution.grid.centers, solution.aux.get("b", np.zeros(solution.grid.shape)), parts, factor)
+    return _finish(target, solution, i, _height(factor))
+
+
+def depth(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
+    """Plot the depth at output ``i`` over x, without the bottom: the layers of the model's ``thicknesses``, from 0."""
     target = ax if ax is not None else new_axes()[1][0]
+    _layers(target, solution.grid.centers, np.zeros(solution.grid.shape), _thicknesses(solution, i, "depth"))
+    return _finish(target, solution, i, "depth, m")
+
+
+def _thicknesses(solution: Results, i: int, kind: str) -> Mapping[str, np.ndarray]:
+    """Return the layers of a model at output ``i``; ValueError where it has none."""
     parts = solution.model.thicknesses(solution.observables(i))
     if not parts:
-        raise ValueError(f"{type(solution.model).__name__} defines no `thicknesses`, so it has no profile: take kind='state'")
-    _layers(target, solution.grid.centers, solution.aux.get("b", np.zeros(solution.grid.shape)), parts)
-    return _finish(target, solution, i, "height, m")
+        raise ValueError(f"{type(solution.model).__name__} defines no `thicknesses`, so it has no {kind}: take kind='state'")
+    return parts
 
 
-def _layers(target: Axes, x: np.ndarray, below: np.ndarray, parts: Mapping[str, np.ndarray]) -> None:
-    """Draw layers, {name: thickness (n,)}, above the bottom (n,), from below."""
+def enlargement(solution: Results, cells: Any = ...) -> float:
+    """Return the factor by which pictures enlarge depths above a relief: 1 where the relief is at most 20 largest depths of
+    all outputs high, else 1, 2 or 5 times a power of ten so that the flow can be seen.
+
+    Parameters
+    ----------
+    cells : numbers of the cells that are looked at; all where left out.
+    """
+    bottom = solution.aux.get("b")
+    if bottom is None:
+        return 1.0
+    layers = [list(solution.model.thicknesses(solution.observables(i)).values()) for i in range(len(solution.t))]
+    deepest = max(float(np.max(np.sum(parts, axis=0).reshape(-1)[cells])) if parts else 0.0 for parts in layers)
+    relief = float(np.ptp(bottom.reshape(-1)[cells]))
+    if not deepest > 0.0 or relief <= HIDES * deepest:
+        return 1.0
+    wanted = SHARE * relief / deepest
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= wanted))
+
+
+def _height(factor: float) -> str:
+    """Label of heights with depths that are enlarged."""
+    return "height, m" if factor == 1.0 else f"height, m; depth {factor:g} times enlarged"
+
+
+def _layers(target: Axes, x: np.ndarray, below: np.ndarray, parts: Mapping[str, np.ndarray], factor: float = 1.0) -> None:
+    """Draw layers, {name: thickness (n,)}, times a factor, above the bottom (n,), from below."""
     if np.any(below != 0.0):
-        target.fill_between(x, below, min(0.0, float(below.min())), color="0.75", label="bottom", linewidth=0.0)
+        floor = min(0.0, float(below.min())) if factor == 1.0 else float(below.min() - UNDER * np.ptp(below))
+        target.fill_between(x, below, floor, color="0.75", label="bottom", linewidth=0.0)
     for k, (name, thickness) in enumerate(parts.items()):
-        target.fill_between(x, below, below + thickness, color=SHADES[k % len(SHADES)], label=name, linewidth=0.0)
-        below = below + thickness
+        target.fill_between(x, below, below + factor * thickness, color=SHADES[k % len(SHADES)], label=name, linewidth=0.0)
+        below = below + factor * thickness
     target.plot(x, below, color=COLORS[0], linewidth=1.2)
 
 
@@ -181,7 +233,8 @@ def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: s
     return target
 
 
-def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None, line: Any = None) -> Axes:
+def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None, line: Any = None,
+             enlarge: float | None = None) -> Axes:
     """Plot what lies along a line at output ``i``: the layers above the bottom, or an observable, averages of the cells that the
     line meets.
 
@@ -189,6 +242,7 @@ def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
     ----------
     name : an observable; None for the layers, or for the first observable of a model without ``thicknesses``.
     line : its ends ((x0, y0), (x1, y1)), m, within the grid; None for the middle of the grid, along x.
+    enlarge : factor of the depths above the bottom, see `profile`.
     """
     grid, target = solution.grid, ax if ax is not None else new_axes()[1][0]
     x, y = grid.axes
@@ -198,13 +252,14 @@ def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
     cells = grid.cells_at(start + shares[:, None] * (end - start), "`line`")
     along = hypot(*(end - start)) * shares
     seen = {key: values.reshape(-1)[cells] for key, values in solution.observables(i).items()}
-    parts = solution.model.thicknesses(seen) if name is None else {}
+    parts, factor = solution.model.thicknesses(seen) if name is None else {}, 1.0
     if parts:
         bottom = solution.aux.get("b")
-        _layers(target, along, np.zeros(count) if bottom is None else bottom.reshape(-1)[cells], parts)
+        factor = enlargement(solution, cells) if enlarge is None else validation.real(enlarge, "enlarge", above=0.0)
+        _layers(target, along, np.zeros(count) if bottom is None else bottom.reshape(-1)[cells], parts, factor)
     else:
         target.plot(along, seen[_chosen(solution, name)], color=COLORS[0], label=_chosen(solution, name))
-    return _finish(target, solution, i, "height, m" if parts else _label(solution, _chosen(solution, name)),
+    return _finish(target, solution, i, _height(factor) if parts else _label(solution, _chosen(solution, name)),
                    f"distance from ({start[0]:g}, {start[1]:g}) towards ({end[0]:g}, {end[1]:g}), m")
 
 
@@ -231,7 +286,8 @@ def _finish(target: Axes, solution: Results, i: int, label: str, along: str = "x
 
 
 #: Plot functions of `Solution.plot`, by kind: those of a grid with one axis, and with two.
-KINDS: dict[str, Callable[..., Axes]] = {"state": plot_state, "profile": profile, "speeds": speeds, "margin": margin}
+KINDS: dict[str, Callable[..., Axes]] = {"state": plot_state, "profile": profile, "depth": depth, "speeds": speeds,
+                                         "margin": margin}
 MAPS: dict[str, Callable[..., Axes]] = {"map": plot_map, "vectors": plot_vectors, "cut": plot_cut}
 
 
@@ -254,7 +310,10 @@ def animate(solution: Results, path: str | Path, kind: str | None = None, fps: i
     """
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 
-    draw = partial(drawing(solution, kind), **options)
+    chosen = drawing(solution, kind)
+    if chosen is profile:
+        options = {"enlarge": enlargement(solution), **options}  # once for all frames
+    draw = partial(chosen, **options)
     rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
     axes = ax if ax is not None else draw(solution, None, 0)
     figure = None if axes.figure is None else axes.figure.figure  # the top-level figure, also for axes in a subfigure

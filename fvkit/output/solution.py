@@ -109,12 +109,14 @@ class Solution:
         ----------
         ax : axes to draw on; None for new ones.
         i : number of the output.
-        kind : ``"state"`` (all observables, the default), ``"profile"`` (layers above the bottom), ``"speeds"`` or ``"margin"``;
+        kind : ``"state"`` (all observables, the default), ``"profile"`` (layers above the bottom), ``"depth"`` (layers from 0),
+            ``"speeds"`` or ``"margin"``;
             see also `fvkit.output.plots.space_time`. With two axes ``"map"`` (colours of an observable and contours of the
             bottom, the default), ``"vectors"`` (a map with arrows of the velocity) or ``"cut"`` (the layers along a line).
-        options : of the kinds with two axes. ``name`` is the observable of all of them, the first by default, the layers for
-            ``"cut"``; ``vector`` that of the arrows, such as ``"vf"``; ``line`` the ends ((x0, y0), (x1, y1)) of the cut, m,
-            by default along x through the middle.
+        options : ``enlarge``, the factor of depths above the bottom in ``"profile"`` and ``"cut"``, by default 1, and more where
+            the relief would hide the flow; and with two axes ``name``, the observable of all kinds, the first by default, the
+            layers for ``"cut"``; ``vector`` that of the arrows, such as ``"vf"``; ``line`` the ends ((x0, y0), (x1, y1)) of
+            the cut, m, by default along x through the middle.
 
         Raises
         ------

@@ -26,7 +26,7 @@ class Status(Enum):
     INADMISSIBLE = "a state left what the model allows"
     INTERRUPTED = "the run was interrupted"
     ERROR = "an exception ended the run"
-    NONHYPERBOLIC = "the characteristic speeds became complex, and nonhyperbolic='raise' was asked for"
+    NONHYPERBOLIC = "the characteristic speeds became complex (nonhyperbolic='raise')"
 
 
 @attrs.frozen
@@ -46,6 +46,9 @@ class Stats:
     mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to the total mass of all
         components where this component is initially zero.
     entered_by_sources : {mass: net mass added by sources such as rain}, integrated over the grid.
+    entered : mass balance, {side or source: {mass: net mass that came in there}}, negative where more has left: through "left",
+        "right" and by "sources", all together; with two axes through "west", "east", "south", "north" and by each source of
+        its own, "Rain", "Rain 2", "Drain". Their sum is the change of mass, but for ``mass_drift``.
     """
 
     steps: int
@@ -60,6 +63,7 @@ class Stats:
     nonhyperbolic_films: int = 0
     deepest_nonhyperbolic: float = 0.0
     entered_by_sources: dict[str, float] = attrs.field(factory=dict)
+    entered: dict[str, dict[str, float]] = attrs.field(factory=dict)
 
     @property
     def ns_per_cell_step(self) -> float:

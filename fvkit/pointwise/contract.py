@@ -93,7 +93,7 @@ def _reason(error: Any) -> str | None:
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
         return str(error)
     if re.search(r"\bExpr\b", str(error)):
-        return (f"{str(error).replace('Expr', 'value')}: a value stands for the number of one cell, no array (no sums, no "
+        return (f"{str(error).replace('Expr', 'value')}: a value is the number of one cell, not an array (no sums, no "
                 "extremes, no shifts); use arithmetic, np.sqrt and its like, fv.where(condition, a, b)")
     return None
 

@@ -124,7 +124,7 @@ def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive,
     archive, kept : the checkpoint file, and the list of observers from its plan.
     """
     if not (isinstance(kept, list) and all(isinstance(one, dict) and isinstance(one.get("notes"), list) for one in kept)):
-        raise archive.refused("its plan does not say which observers it has the notes of")
+        raise archive.refused("its plan does not name the observers whose records it has")
     waiting = [({key: value for key, value in one.items() if key != "notes"}, k, one["notes"]) for k, one in enumerate(kept)]
     said = False
     for observer in observers:
@@ -138,12 +138,13 @@ def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive,
             try:
                 observer.go_on(stepper, {name: archive.numbers(_entry(k, name), None) for name in names})
             except (KeyError, TypeError, ValueError) as error:
-                raise archive.refused(f"the notes of its {type(observer).__name__} cannot be used: {error}") from None
+                raise archive.refused(f"the record of its {type(observer).__name__} cannot be used: {error}") from None
         elif stepper.steps:
             said, known = True, ", ".join(str(one["class"]) for one, _, _ in waiting) or "none"
-            warnings.warn(f"{validation.shown(observer)} sees the run from t = {stepper.t:.6g} on alone: {archive.path} has no "
-                          f"notes of an observer of its class with its fields (of others: {known})", RuntimeWarning, stacklevel=3)
+            warnings.warn(f"{validation.shown(observer)} records the run from t = {stepper.t:.6g} on: {archive.path} has no "
+                          f"record of an observer of its class with its fields (of others: {known})", RuntimeWarning,
+                          stacklevel=3)
     if waiting and not said:
         lost = ", ".join(str(one["class"]) for one, _, _ in waiting)
-        warnings.warn(f"{archive.path} keeps notes of {lost}, and no observer goes on with them: give such observers, "
-                      "with the same fields, as `observers`, or what the run has seen is lost", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"{archive.path} has records of {lost}, and no observer continues them: give such observers, "
+                      "with the same fields, as `observers`, or these records are lost", RuntimeWarning, stacklevel=3)

@@ -14,13 +14,13 @@ from fvkit.problem.problem import Problem
 from fvkit.run.observers import Observer
 
 
-def _line(value: Any) -> np.ndarray:
+def line_of(value: Any, name: str = "line") -> np.ndarray:
     """Return a polyline, (k, 2), of at least two points."""
-    points = validation.array(value, "line")
+    points = validation.array(value, name)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
-        raise ValueError(f"`line` must be a list of at least two points (x, y), got {validation.shown(value)}")
+        raise ValueError(f"`{name}` must be a list of at least two points (x, y), got {validation.shown(value)}")
     if (np.hypot(*np.diff(points, axis=0).T) == 0.0).any():
-        raise ValueError("`line` must not have the same point twice in a row, got one that has")
+        raise ValueError(f"`{name}` must not have the same point twice in a row, got one that has")
     return points
 
 
@@ -61,7 +61,7 @@ class CrossSection(Observer):
     -8.000000 -4.000000
     """
 
-    line: np.ndarray = attrs.field(converter=_line)
+    line: np.ndarray = attrs.field(converter=lambda value: line_of(value))
     _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
     _notes: list[np.ndarray] = attrs.field(factory=list, init=False, repr=False)
@@ -72,7 +72,7 @@ class CrossSection(Observer):
                              "position")
         if not problem.model.phases:
             raise ValueError(f"a CrossSection counts masses, but {type(problem.model).__name__} has no `phases`")
-        self._pieces = _pieces(self.line, problem.grid)
+        self._pieces = pieces(self.line, problem.grid, "`line` of a CrossSection")
         self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
         self._notes = []
 
@@ -112,7 +112,7 @@ class CrossSection(Observer):
         return {name: np.concatenate([[0.0], np.cumsum(0.5 * steps * (q[1:] + q[:-1]))]) for name, q in self.discharge.items()}
 
 
-def _pieces(line: np.ndarray, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
+def pieces(line: np.ndarray, grid: Grid, called: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the cells that a line passes through, (k,), and the normal of its piece in each times its length, (2, k), m."""
     cells, normals = [], []
     for start, end in pairwise(line):
@@ -124,7 +124,7 @@ def _pieces(line: np.ndarray, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
                 cuts.append(shares[(shares > 0.0) & (shares < 1.0)])
         shares = np.unique(np.concatenate(cuts))
         middles = start + 0.5 * (shares[1:] + shares[:-1])[:, None] * way
-        grid.cells_at([start, end], "`line` of a CrossSection")
-        cells.append(grid.cells_at(middles, "`line` of a CrossSection"))
+        grid.cells_at([start, end], called)
+        cells.append(grid.cells_at(middles, called))
         normals.append(np.array([[way[1]], [-way[0]]]) * np.diff(shares))
     return np.concatenate(cells), np.concatenate(normals, axis=1)

@@ -96,6 +96,9 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
         if not own:
             raise
         raise archive.refused(f"its run cannot be made again: {error}") from None
+    rows, found = len(stepper.snapshot()["masses"]), len(snapshot["masses"])
+    if rows != found:
+        raise archive.refused(f"its mass balance has {found} rows, and the sides and sources of the run have {rows}")
     stepper.restore(snapshot)
     if limits is None and not kept_limits.used_up(stepper.steps, stepper.seconds):
         limits = kept_limits
@@ -108,7 +111,7 @@ def _snapshot(archive: Archive, problem: Problem) -> dict[str, np.ndarray]:
     """Return the arrays for `Stepper.restore` from a checkpoint, {name: array}."""
     result = {"now": archive.numbers("now", problem.q0.shape), "real": archive.numbers("real", (4,)),
               "count": archive.numbers("count", (7,), "i"), "clock": archive.numbers("clock", ()),
-              "masses": archive.numbers("masses", (3, max(1, len(problem.model.mass_rows()))))}
+              "masses": archive.numbers("masses", (None, max(1, len(problem.model.mass_rows()))))}
     if not (np.isfinite(result["now"]).all() and np.isfinite(result["real"][0]) and result["real"][1] > 0.0):
         raise archive.refused("its state, time or step is no number")
     return result

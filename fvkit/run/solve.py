@@ -66,7 +66,7 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
         For invalid input, regardless of ``throw``.
     """
     if checkpoint is not None and record is not None:
-        raise ValueError("`checkpoint` and `record` do not go together: a checkpoint holds the outputs so far, give one of them")
+        raise ValueError("`checkpoint` and `record` cannot be combined, since a checkpoint contains the outputs so far: give one")
     if record is not None:
         validation.instance(record, "record", Stream, 'such as fv.Stream("run.nc")')
     stepper = Stepper(problem, scheme, backend, nonhyperbolic, threads, step)

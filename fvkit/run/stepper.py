@@ -13,7 +13,7 @@ from fvkit.backends.march import FILM, MICRO
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import CHUNK
 from fvkit.problem import answers
-from fvkit.problem.directions import Direction
+from fvkit.problem.directions import SIDES, Direction
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.run.step_length import Step
@@ -28,6 +28,9 @@ IDLE = 100
 
 #: Tolerance when checking that `wave_speeds` returns (smallest, largest).
 SWAPPED = 1e-9
+
+#: In statistics with one axis: its ends, and all sources together.
+ENDS, SOURCES = ("left", "right"), "sources"
 
 #: Relative change below which an update with zero wave speed counts as round-off.
 NOTHING = 1e-9
@@ -73,7 +76,7 @@ class Stepper:
         self.length = Step() if step is None else validation.instance(step, "step", Step, "such as fv.Step(dt_max=0.1)")
         kernel = self._kernel = make_kernel(backend, problem, self.scheme, every, self.threads)
         first = min(self._first_dt(), self.length.dt_initial or np.inf)
-        self._march = March(kernel.padded(problem.q0), problem.t_start, first, len(kernel.mass_rows),
+        self._march = March(kernel.padded(problem.q0), problem.t_start, first, kernel.books,
                             stop_when_lost=self.nonhyperbolic == "raise", bounds=self.length.bounds)
         self._march.dt = self._march.bounded(first)
         self._breaks = problem.breaks
@@ -314,10 +317,26 @@ class Stepper:
         names = [self.problem.conserved[row] for row in kernel.mass_rows]
         cells = tuple(range(1, 1 + len(grid.axes)))
         start = self.problem.q0[kernel.mass_rows].sum(axis=cells) * grid.cell_volume
-        through, brought = (march.masses[0] - march.masses[1])[:len(names)], march.masses[2, :len(names)]
+        sides, gained = np.split(march.masses[:, :len(names)], [2 * len(grid.axes)])
+        entered = sides * np.resize([1.0, -1.0], len(sides))[:, None] + 0.0  # no -0
+        through, brought = entered.sum(axis=0), gained.sum(axis=0)
         change = self.q[kernel.mass_rows].sum(axis=cells) * grid.cell_volume - start - through - brought
         scale = [mass or start.sum() or 1.0 for mass in start]
         return Stats(march.steps, march.rejected, grid.size * (march.steps + march.rejected), self._seconds,
                      kernel.compile_seconds, march.max_cfl, kernel.name, march.lost,
                      {name: float(c / s) for name, c, s in zip(names, change, scale, strict=True)}, march.films,
-                     march.deepest / MICRO, dict(zip(names, brought.tolist(), strict=True)))
+                     march.deepest / MICRO, dict(zip(names, brought.tolist(), strict=True)),
+                     self._balance(names, entered, gained))
+
+    def _balance(self, names: list[str], entered: np.ndarray, gained: np.ndarray) -> dict[str, dict[str, float]]:
+        """What each side let in and each source brought of every mass."""
+        axes = len(self.problem.grid.axes)
+        sides = ENDS if axes == 1 else [side for pair in SIDES for side in pair]
+        sources = [SOURCES] if axes == 1 else numbered([type(one).__name__ for one in self._kernel.parts.beside])
+        return {name: dict(zip(names, row.tolist(), strict=True))
+                for name, row in zip((*sides, *sources), np.concatenate([entered, gained]), strict=False)} if names else {}
+
+
+def numbered(names: list[str]) -> list[str]:
+    """Return names of which the second of a kind is called "Rain 2", and so on."""
+    return [name if names[:k].count(name) == 0 else f"{name} {names[:k].count(name) + 1}" for k, name in enumerate(names)]

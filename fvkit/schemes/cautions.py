@@ -24,8 +24,8 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
     model = problem.directions[0].model
     if says_nothing_of_the_matrix(problem, parts):
         given, chosen = chosen, chosen.at_first_order()
-        warnings.warn(f"{name} says nothing of the matrix of {type(parts.riemann).__name__}: its flux is not what the waves add "
-                      f"up to. The run goes by these alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
+        warnings.warn(f"{name} does not define the matrix of {type(parts.riemann).__name__}: the waves do not add up to its "
+                      f"flux. The run uses the waves alone{'' if chosen is given else ', at first order'}. Define `flux(q)` or "
                       "`flux(q, aux)` of the same equations, or `jump` and `matrix_product` where they have no flux",
                       RuntimeWarning, stacklevel=4)
     if chosen.wants_cross and _lacks_cross(problem):
@@ -36,9 +36,9 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
                       RuntimeWarning, stacklevel=4)
     steps = [np.abs(np.diff(problem.aux_averages[aux])).max(initial=0.0) for aux in model.aux]
     if parts.riemann.bounds and any(steps) and lacks_balance(model, *problem.sample()[:2], steps):
-        warnings.warn(f"{name} defines a `jump` that pushes what is at rest over a step of {' or '.join(model.aux)}, and "
+        warnings.warn(f"{name} defines a `jump` with a force at rest over a step of {' or '.join(model.aux)}, and "
                       f"no `balanced_difference`: the viscosity of {type(parts.riemann).__name__} acts on qr - ql, and moves "
-                      "what is at rest there. Define `balanced_difference(ql, qr, auxl, auxr)`, 0 at rest: for a depth h over "
+                      "a state at rest. Define `balanced_difference(ql, qr, auxl, auxr)`, 0 at rest: for a depth h over "
                       "a bottom b, qr - ql with d(h + b) in place of dh; or take fv.Roe(), for a model with `decompose`",
                       RuntimeWarning, stacklevel=4)
     if parts.riemann.bounds and len(model.conserved) > 1 and not answers.looks_between(model):
@@ -133,6 +133,6 @@ def _check_bounds(problem: Problem, parts: Parts) -> None:
         face = int(wrong[np.argmax(most[wrong] - ends[wrong])])
         warnings.warn(f"{type(model).__name__}: speeds of states between those of both sides of a face reach {most[face]:.6g}, "
                       f"of both sides {ends[face]:.6g} at most (near {problem.grid.located(face)}): "
-                      f"{type(parts.riemann).__name__} takes those of both sides as bounds, and may be unstable. Define "
+                      f"{type(parts.riemann).__name__} uses those of both sides as bounds, and may be unstable. Define "
                       "`speeds_between(ql, qr)`, bounds over all states between (fv.Model, point 7)",
                       RuntimeWarning, stacklevel=5)

@@ -51,8 +51,8 @@ class Integrator:
             when.append(sum(a * t for a, t in zip(alpha, when, strict=False)) + sum(beta))
             steps = min((a / b if b > 0.0 else 0.0 for a, b in zip((*alpha, *[0.0] * k), beta, strict=False) if b), default=0.0)
             if self.ssp is not None and steps < self.ssp * (1.0 - PRINTED):
-                raise ValueError(f"`ssp` of {name} must be at most alpha/beta of every entry, {steps:g} in row {k}, or None for "
-                                 f"no promise; got {self.ssp:g}")
+                raise ValueError(f"`ssp` of {name} must be at most alpha/beta of every entry, {steps:g} in row {k}, or None: "
+                                 f"no positivity guaranteed; got {self.ssp:g}")
         _sum(when[-1:], 1.0, f"the time of the last state of {name}", "in units of dt, which alpha and beta tell")
         if self.implicit:
             _sum(self.weights, 1.0, f"`weights` of {name}", "those of the sources in the new state")

@@ -1,5 +1,6 @@
 """Riemann solvers in f-wave form: Roe, HLL, Rusanov, and solvers written for PyClaw."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
@@ -184,7 +185,8 @@ def _data(value: Any) -> Any:
 class PyClawRiemann(RiemannSolver):
     """PyClaw Riemann solver in Python, ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)``.
 
-    Arrays are (num_eqn, num_faces), ``wave`` is (num_eqn, num_waves, num_faces), ``s`` is (num_waves, num_faces). The waves
+    Arrays are (num_eqn, num_faces), ``wave`` is (num_eqn, num_waves, num_faces), ``s`` is (num_waves, num_faces). With two axes
+    it gets the components along each sweep, as a solver of one dimension does; transverse solvers are not needed. The waves
     become f-waves, Z_k = s_k W_k. Their difference to the model's jump (rounding, or a source) is distributed over the waves
     in equal parts, so that the scheme is conservative.
 
@@ -221,9 +223,11 @@ class PyClawRiemann(RiemannSolver):
     def _waves(self, ql: Any, qr: Any, auxl: Any, auxr: Any) -> tuple[Any, Any]:
         """Return the f-waves of the function, (num_eqn, num_waves, num_faces), and their speeds, (num_waves, num_faces)."""
         shape = np.broadcast(*ql, *qr).shape
-        left, right, given_left, given_right = (np.array([np.broadcast_to(row, shape) for row in side])
+        faces = math.prod(shape)  # with two axes those of all lines in a row: the function gets one line of them
+        left, right, given_left, given_right = (np.array([np.broadcast_to(row, shape).reshape(faces) for row in side])
                                                 for side in (ql, qr, auxl, auxr))
         wave, speed, _, _ = self.function(left, right, given_left, given_right, dict(self.problem_data))
+        wave, speed = wave.reshape(*wave.shape[:2], *shape), speed.reshape(-1, *shape)
         return wave if self.fwave else wave * speed, speed
 
 

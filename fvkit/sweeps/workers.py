@@ -63,7 +63,8 @@ class Crew:
                 yield [self.work.run(*member)]
             return
         suspects: list[tuple[tuple[int, dict[str, Any]], BaseException]] = []
-        waiting, running, done = deque(members), {}, SimpleQueue()  # type: ignore[var-annotated]
+        waiting, running = deque(members), dict[Any, list[tuple[int, dict[str, Any]]]]()
+        done = SimpleQueue[Any]()
         try:
             while waiting or running:
                 while waiting and (self.workers is None or len(running) < AHEAD * self.workers):

@@ -16,15 +16,13 @@ from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.studies.advise_terrain import effort
 from fvkit_granular.terrain.hydrograph import OverTime
-
-#: Time of a step with two axes per cell where something flows, s; share of the relief's potential energy that speeds reach.
-COST, SHARE = 2.5e-7, 0.5
 
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    check = add_command(commands, "check", _check, "read a scene on a terrain, draw it, and say what a run will take",
+    check = add_command(commands, "check", _check, "read a scene on a terrain and draw it; report volumes, slopes and run time",
                         "fvkit check torrent.toml --out check.png")
     check.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     one_of(check, "--model", MODELS, "two-phase")
@@ -35,8 +33,8 @@ def _check(options: argparse.Namespace) -> int:
     scene = find_scene(options.scene)
     label = scene_label(options.scene)
     if scene.terrain is None:
-        raise ValueError(f"fvkit check looks at scenes on a terrain, and {label} has none: fvkit advise {options.scene} says "
-                         "what a profile needs")
+        raise ValueError(f"fvkit check is for scenes on a terrain, and {label} has none: for a profile run "
+                         f"fvkit advise {options.scene}")
     picture = Path(f"{label}-check.png") if options.out is None else options.out
     if picture.suffix != ".png":
         raise ValueError(f"--out must end in .png, got {picture}")
@@ -53,7 +51,7 @@ def _check(options: argparse.Namespace) -> int:
     for source in problem.sources:
         print(f"source: {type(source).__name__}" + (f" in {len(cells)} cells" if (cells := source.acts_in()) is not None else "")
               + _brought(source, scene))
-    print(_expected(scene, problem))
+    print(f"{problem.grid.described} cells, {problem.t_end:g} s: {effort(scene, problem)}")
     save_all(picture.parent, {picture.name: _picture(scene)})
     print(f"written: {picture}")
     return SUCCESS
@@ -68,29 +66,6 @@ def _brought(source: Any, scene: Scene) -> str:
     return f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
 
 
-def _expected(scene: Scene, problem: Any) -> str:
-    """What a run will take, from the relief below the release, in words."""
-    depth = problem.model.depth(tuple(problem.q0[row] for row in problem.directions[0].rows))
-    bottom = problem.aux_averages["b"]
-    wet = depth > 0.0
-    relief = float(bottom[wet].max() - np.nanmin(scene.terrain.bottom)) if wet.any() else \
-        float(scene.terrain.range[1] - scene.terrain.range[0])
-    speed = np.sqrt(2.0 * scene.g * SHARE * max(relief, 0.0)) + np.sqrt(scene.g * float(depth.max()))
-    dx = min(axis.dx for axis in problem.grid.axes)
-    steps = scene.t_end * max(speed, 1.0) / (0.9 * dx)
-    return (f"{problem.grid.described} cells, {problem.t_end:g} s: about {steps:.2g} steps (at {speed:.2g} m/s); compiled, some "
-            f"{_time(steps * COST * problem.grid.size * 0.1)} where the flow covers a tenth of the cells, "
-            f"{_time(steps * COST * problem.grid.size)} where it covers all")
-
-
-def _time(seconds: float) -> str:
-    """A time in words."""
-    for factor, unit in ((1.0, "s"), (60.0, "min")):
-        if seconds < 100.0 * factor:
-            return f"{seconds / factor:.2g} {unit}"
-    return f"{seconds / 3600.0:.2g} h"
-
-
 def _picture(scene: Scene) -> Any:
     """Return the figure of terrain, release, gauges and lines, with the conditions at the four sides."""
     from fvkit_granular.terrain.maps import draw_map
@@ -103,6 +78,9 @@ def _picture(scene: Scene) -> Any:
     for name, points in scene.watch.lines.items():
         axes.plot(*np.array(points).T, color="#009E73", linewidth=2.0)
         axes.annotate(name, points[0], xytext=(6, 4), textcoords="offset points", fontsize=9)
+    if scene.watch.path:
+        axes.plot(*np.array(scene.watch.path).T, color="#CC79A7", linewidth=1.5, linestyle="--")
+        axes.annotate("path", scene.watch.path[0], xytext=(6, -10), textcoords="offset points", fontsize=9)
     places = {"west": (0.01, 0.5, 90), "east": (0.97, 0.5, 90), "south": (0.5, 0.01, 0), "north": (0.5, 0.965, 0)}
     for (side, (x, y, turn)), condition in zip(places.items(), scene.boundary, strict=True):
         axes.text(x, y, f"{side}: {public_name(condition)}", transform=axes.transAxes, rotation=turn, fontsize=8, va="bottom",

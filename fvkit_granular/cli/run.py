@@ -5,7 +5,7 @@ import json
 import sys
 import warnings
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,9 +21,10 @@ from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build, model_and_grid, parsed
 from fvkit.output.figures import new_axes, save_all
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
-from fvkit.output.plots import KINDS, MAPS, checked_film, line_of, space_time
+from fvkit.output.plots import KINDS, MAPS, checked_film, enlargement, line_of, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
+from fvkit.studies.tables import plain
 from fvkit_granular.cli.options import add_scheme_options, cells_of, checked, common_options, one_of, results_folder, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
@@ -33,6 +34,7 @@ from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
 from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard, write_series
+from fvkit_granular.studies.mass_balance import mass_balance
 from fvkit_granular.studies.scene_run import CELLS
 
 #: Key of the configuration that says which files a run wrote beside its solution.
@@ -73,10 +75,11 @@ def register(commands: Any) -> None:
     run.add_argument("--dt-initial", type=float, metavar="S", help="longest first step, s")
     run.add_argument("--stop-at-rest", type=float, metavar="SPEED",
                      help="end the run when every velocity is below SPEED, m/s, wherever the flow is deeper than 1 mm")
-    run.add_argument("--plot", nargs="+", type=checked(str, validation.choice, known=PLOTS), default=[], metavar="KIND",
+    run.add_argument("--plot", nargs="+", type=checked(str, validation.choice, known={**PLOTS, **MAPS}), default=[],
+                     metavar="KIND",
                      help=f"extra figures KIND.png: at the final time {', '.join(KINDS)}, slip (vs - vf), where margin is the "
                           "distance to loss of hyperbolicity; space-time: depth over x and t. For scenes with one axis; with two "
-                          f"every run writes {', '.join(MAPS)}")
+                          f"every run writes {', '.join(MAPS)}, on a terrain those that are named here")
     run.add_argument("--rasters", choices=("asc", "tif"), default="asc",
                      help="format of the rasters of a scene on a terrain (tif: GeoTIFF, extra geo; default asc: ESRI ASCII)")
     run.add_argument("--netcdf", action="store_true",
@@ -103,7 +106,7 @@ def _run(options: argparse.Namespace) -> int:
         return _resumed(options, folder)
     chosen = find_scene(options.scene)
     cells = options.cells if options.cells is not None or chosen.terrain is not None else CELLS[len(chosen.axes)]
-    _check_pictures(chosen.grid(cells), folder, options, file_names(chosen, f".{options.rasters}"))
+    _check_pictures(chosen.grid(cells), folder, options, chosen)
     watched = _watched(chosen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # the report says it
@@ -136,15 +139,15 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
     archive = Archive(options.resume)
     expect_format(archive, CHECKPOINT)
     model, grid = model_and_grid(parsed(archive.text("configuration"), archive.path), archive.path)
-    _check_pictures(grid, folder, options)
+    chosen = None if options.scene is None else find_scene(options.scene)
+    _check_pictures(grid, folder, options, chosen)
     go_on = partial(resume, options.resume, progress=sys.stderr.isatty(), throw=False)
-    if options.scene is None:
+    if chosen is None:
         noted = parsed(archive.text("plan"), archive.path).get("observers", [])
         if isinstance(noted, list) and noted:
             raise ValueError(f"{options.resume} is of a run that recorded something at every step, which its scene describes: "
                              f"give that too, fvkit run SCENE --resume {options.resume}")
         return _show(options.resume.stem, go_on(), None, options)
-    chosen = find_scene(options.scene)
     watched = _watched(chosen)
     if not callable(getattr(model, "conserved_from", None)):
         raise ValueError(f"--resume {options.resume} is of a run of {public_name(model)}, which no scene has made: leave "
@@ -158,18 +161,27 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
                  Recorded(chosen, watched, f".{options.rasters}"))
 
 
-def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, records: Sequence[str] = ()) -> None:
+def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, scene: Scene | None) -> None:
     """Refuse pictures that cannot be drawn or written, or are of the other number of axes, before anything is computed."""
-    axes = len(grid.axes)
-    usable_folder(folder, "--out", (*_written(axes, options), *records))
-    if axes > 1 and options.plot:
-        raise ValueError(f"--plot {options.plot[0]} draws over one axis, and this scene has two: leave it out, "
-                         f"{', '.join(f'{kind}.png' for kind in MAPS)} are written anyway, the last along --line")
+    axes, records = len(grid.axes), [] if scene is None else file_names(scene, f".{options.rasters}")
+    wrong = [kind for kind in options.plot if kind not in (PLOTS if axes == 1 else MAPS)]
+    if wrong and axes > 1:
+        raise ValueError(f"--plot {wrong[0]} draws over one axis, and this scene has two: leave it out, "
+                         + (f"maps are written anyway, and {', '.join(MAPS)} with --plot" if on_terrain(scene) else
+                            f"{', '.join(f'{kind}.png' for kind in MAPS)} are written anyway, the last along --line"))
+    if wrong:
+        raise ValueError(f"--plot {wrong[0]} draws over a plane, and this scene has one axis: take {', '.join(PLOTS)}")
+    usable_folder(folder, "--out", (*_written(axes, options, on_terrain(scene)), *records))
     if options.line is None:
         return
     if axes == 1:
         raise ValueError("--line is the line of a cut through a plane, and this scene has one axis: leave it out")
     line_of(grid, _ends(options), "--line")
+
+
+def on_terrain(scene: Scene | None) -> bool:
+    """Whether a scene is known and lies on a terrain: its maps are those of `write_hazard`."""
+    return scene is not None and scene.terrain is not None
 
 
 def _ends(options: argparse.Namespace) -> Any:
@@ -222,12 +234,16 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)
     stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
-    pictures, written = _pictures(len(grid.axes), options), _written(len(grid.axes), options)
+    scene = None if recorded is None else recorded.scene
+    pictures = _pictures(len(grid.axes), options, on_terrain(scene))
+    written = _written(len(grid.axes), options, on_terrain(scene))
     written += [] if recorded is None else recorded.files
     earlier = _earlier(folder)
     solution.configuration[FILES] = written
-    if recorded is not None and recorded.scene.terrain is not None:
+    if recorded is not None and on_terrain(scene):
         solution.configuration["crs"] = recorded.scene.terrain.crs
+        balance = attrs.asdict(mass_balance(recorded.scene, solution, recorded.watched["hazard"]))
+        solution.configuration["mass_balance"] = plain(balance)
     saved: list[str] = []
     try:
         for file in written[:2 if options.netcdf else 1]:
@@ -277,20 +293,25 @@ def _slope(solution: Solution) -> float:
     return steepest(solution.aux["b"], [axis.dx for axis in solution.grid.axes], deep(h).any(axis=0))
 
 
-def _pictures(axes: int, options: argparse.Namespace) -> dict[str, Callable[[Solution], Figure]]:
-    """Pictures of the end, {name: function of the solution}."""
+def _pictures(axes: int, options: argparse.Namespace, terrain: bool) -> dict[str, Callable[[Solution], Figure]]:
+    """Pictures of the end, {name: function of the solution}; on a terrain those alone that are asked for."""
     if axes > 1:
         lines = {"cut": {"line": _ends(options)}}
-        return {kind: partial(_drawn, draw, **lines.get(kind, {})) for kind, draw in MAPS.items()}
-    kinds = {PROFILE: "state"} | {kind: kind for kind in options.plot}
-    return {name: partial(_drawn, PLOTS[kind]) for name, kind in kinds.items()}
+        asked = {*options.plot, *["cut"] * (options.line is not None)} if terrain else set(MAPS)
+        return {kind: partial(_drawn, draw, **lines.get(kind, {})) for kind, draw in MAPS.items() if kind in asked}
+    return {PROFILE: partial(_drawn, _first)} | {kind: partial(_drawn, PLOTS[kind]) for kind in options.plot}
 
 
-def _written(axes: int, options: argparse.Namespace) -> list[str]:
+def _first(solution: Solution, ax: Axes) -> Axes:
+    """Plot the state of one axis, or the profile where the relief would hide it."""
+    return PLOTS["profile" if enlargement(solution) > 1.0 else "state"](solution, ax)
+
+
+def _written(axes: int, options: argparse.Namespace, terrain: bool) -> list[str]:
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
     solutions = ["solution.npz", *(["solution.nc"] if options.netcdf else [])]
-    return [*solutions, *(f"{picture}.png" for picture in _pictures(axes, options)), *films]
+    return [*solutions, *(f"{picture}.png" for picture in _pictures(axes, options, terrain)), *films]
 
 
 def _succeeded(folder: Path) -> bool:

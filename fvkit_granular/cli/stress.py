@@ -21,7 +21,7 @@ WRITTEN = ("stress.json", "stress.txt", "stress.png")
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     parser = add_command(commands, "stress", lambda options: _stress(options, teller()),
-                         "run every hard scene with models, solvers, orders and backends, and judge each run",
+                         "run the hard test scenes with models, solvers, orders and backends, and check each run",
                          "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full")
     parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes, or scene files that end in .toml (default: all "
                         "hard scenes)")

@@ -46,7 +46,7 @@ def register(commands: Any) -> None:
                         help="processes (default: one per processor); with --dask the cluster decides")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler has this address")
     parser.add_argument("--out", type=Path,
-                        help="folder for the results, where a stopped sweep goes on (default fvkit-sweep-FILE)")
+                        help="folder for the results; a stopped sweep resumes there (default fvkit-sweep-FILE)")
 
 
 EXAMPLE = """  scene = "debris-slope"

@@ -10,9 +10,13 @@ from fvkit import Observer, Problem
 from fvkit.problem.directions import observables
 from fvkit.problem.relief import Slopes
 from fvkit.validation import number
+from fvkit_granular.sources.plausible import caution
 
 #: Slope, the tangent of 60 degrees, up to which a flow counts as following the ground: down a cliff it falls freely.
 STEEPEST = 3.0**0.5
+
+#: Plausible densities, kg/m^3: powder snow, and more than any rock.
+LIGHTEST, HEAVIEST = 10.0, 10_000.0
 
 #: Maps, with what a cell has where no flow came.
 MAPS = {"depth": 0.0, "speed": 0.0, "pressure": 0.0, "phi": np.nan, "arrival": np.inf, "duration": 0.0}
@@ -66,6 +70,9 @@ class HazardMaps(Observer):
     _maps: dict[str, np.ndarray] = attrs.field(factory=dict, init=False, repr=False)
     _slopes: np.ndarray | None = attrs.field(default=None, init=False, repr=False)
     _last: float = attrs.field(default=np.nan, init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        caution(self, "density", LIGHTEST, HEAVIEST, "it is in kg/m^3, and 2.5 g/cm^3 is 2500")
 
     def begin(self, problem: Problem) -> None:
         if not callable(getattr(problem.model, "depth", None)):

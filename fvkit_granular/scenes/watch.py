@@ -9,13 +9,17 @@ import attrs
 from fvkit import CrossSection, Gauge, Observer, validation
 from fvkit.problem.grid import NAMES
 from fvkit_granular.observers.hazard import HazardMaps
+from fvkit_granular.observers.run_out import RunOut
 
 
 def _places(value: Any) -> tuple[Any, ...]:
     """Return places of gauges: numbers x, or pairs (x, y)."""
     if not isinstance(value, (list, tuple)):
         raise TypeError(f"`gauges` must be a list of places x, or of pairs (x, y), got {validation.shown(value)}")
-    Gauge(value) if value else None  # refuses what is no place
+    try:
+        Gauge(value) if value else None  # refuses what is no place
+    except (ValueError, TypeError) as error:
+        raise type(error)(str(error).replace("`x`", "`gauges`", 1)) from None
     return tuple(tuple(place) if isinstance(place, (list, tuple)) else place for place in value)
 
 
@@ -33,15 +37,23 @@ def _lines(value: Any) -> dict[str, Any]:
     return {str(name): [tuple(point) for point in line] for name, line in given.items()}
 
 
+def _path(value: Any) -> tuple[tuple[float, float], ...]:
+    """Return the points of a path."""
+    if value is None or (isinstance(value, (list, tuple)) and not value):
+        return ()
+    return tuple((x, y) for x, y in RunOut(value).path.tolist())
+
+
 @attrs.frozen
 class Watch:
-    """What a run records at every step: gauges at places, discharge through lines, and hazard maps.
+    """What a run records at every step: gauges at places, discharge through lines, run-out along a path, and hazard maps.
 
     Parameters
     ----------
     gauges : places x, m, or pairs (x, y) with two axes.
     lines : {name: points (x, y)}, cross-sections, see `fvkit.CrossSection`; two axes alone.
-    threshold, density, least : of `HazardMaps`, which are kept with two axes.
+    threshold, density, least : of `HazardMaps`, which are kept with two axes; ``threshold`` of `RunOut` too.
+    path : points (x, y) of a path line, see `RunOut` and `read_path`; two axes alone.
     """
 
     gauges: tuple[Any, ...] = attrs.field(default=(), converter=_places)
@@ -49,6 +61,7 @@ class Watch:
     threshold: float = validation.number(0.1, above=0.0)
     density: float = validation.number(2000.0, above=0.0)
     least: float = validation.number(0.01, above=0.0)
+    path: tuple[tuple[float, float], ...] = attrs.field(default=(), converter=_path)
 
     def check(self, ends: Sequence[tuple[float, float]]) -> None:
         """Raise ValueError where a gauge or a line has not one coordinate per axis, or lies outside of the scene.
@@ -57,9 +70,11 @@ class Watch:
         ----------
         ends : (lower, upper) of each axis, m.
         """
-        if self.lines and len(ends) == 1:
-            raise ValueError("`lines` are for scenes with two axes, and this one has one: take `gauges`")
+        for key in ("lines", "path"):
+            if getattr(self, key) and len(ends) == 1:
+                raise ValueError(f"`{key}` is for scenes with two axes, and this one has one: take `gauges`")
         points = [("gauges", "", place) for place in self.gauges]
+        points += [("path", "", point) for point in self.path]
         points += [("lines", f", {name}", point) for name, line in self.lines.items() for point in line]
         for key, which, point in points:
             at = point if isinstance(point, tuple) else (point,)
@@ -72,8 +87,10 @@ class Watch:
                                      f"got {letter} = {value:.10g}")
 
     def observers(self, axes: int) -> dict[str, Observer]:
-        """Return new observers for a run, {name: observer}: "gauges", "hazard", and each line by its name."""
+        """Return new observers for a run, {name: observer}: "gauges", "hazard", "run-out", and each line by its name."""
         found: dict[str, Observer] = {"gauges": Gauge(list(self.gauges))} if self.gauges else {}
         if axes > 1:
             found["hazard"] = HazardMaps(self.threshold, self.density, self.least)
+        if self.path:
+            found["run-out"] = RunOut(self.path, self.threshold)
         return found | {f"line {name}": CrossSection(points) for name, points in self.lines.items()}

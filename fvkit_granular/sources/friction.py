@@ -84,7 +84,7 @@ class BasalFriction(Source):
     def check(self, model):
         for name in ("basal_load", "depth"):
             if not callable(getattr(model, name, None)):
-                raise ValueError(f"{type(self).__name__} asks for the load on the bed, but {type(model).__name__} has no "
+                raise ValueError(f"{type(self).__name__} needs the load on the bed, but {type(model).__name__} has no "
                                  f"`{name}(q)`: define it, or leave the friction out of `sources`")
         super().check(model)
 

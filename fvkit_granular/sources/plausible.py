@@ -1,18 +1,17 @@
 """Cautions for coefficients that are allowed, but look like an inverse or another unit."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 
-from fvkit import Source
 
-
-def caution(source: Source, name: str, least: float, most: float, mistake: str) -> None:
-    """Warn where a number, or cell averages, of a source lie outside of least..most; a function of x is not looked at.
+def caution(source: Any, name: str, least: float, most: float, mistake: str) -> None:
+    """Warn where a number, or cell averages, of a part lie outside of least..most; a function of x is not looked at.
 
     Parameters
     ----------
-    source : the source.
+    source : the source, or another part.
     name : its field.
     least, most : plausible range.
     mistake : what the value may be instead, and the fix.

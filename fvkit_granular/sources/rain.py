@@ -61,7 +61,7 @@ class Rain(Source):
 
     def check(self, model: Any) -> None:
         if not callable(getattr(model, "poured", None)):
-            raise ValueError(f"{type(self).__name__} asks what masses a depth of water makes, but {type(model).__name__} has no "
+            raise ValueError(f"{type(self).__name__} needs the masses of a depth of water, but {type(model).__name__} has no "
                              "`poured(q, solid, fluid)`: define it, or leave the rain out of `sources`")
         caution(self, "intensity", -HEAVIEST, HEAVIEST, UNIT)
         super().check(model)

@@ -12,6 +12,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
 from fvkit_granular.sources.drag import ConstantDrag, Drag
 from fvkit_granular.sources.friction import BasalFriction, CoulombFriction
+from fvkit_granular.studies.advise_terrain import TerrainAdvice, advise_on_terrain
 from fvkit_granular.studies.grid_error_estimate import MOST, resolution
 from fvkit_granular.studies.model_error_indicators import Indicators, indicators, sampled
 
@@ -66,13 +67,15 @@ class Advice:
         n = self.numbers
         needed = {"two-phase": "the full model is needed", "reduced": "the reduced model suffices",
                   "shallow-water": "shallow water suffices"}[self.model]
-        predicted = (f"predicted model error, doubled to decide: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e}"
-                     if self.valid else
+        predicted = (f"predicted model error: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e} (recommended below half the "
+                     "tolerance)" if self.valid else
                      "predicted model error: not valid here, see the cautions; `fvkit advise SCENE --check` measures it")
-        needed = needed if self.valid else "the full model, since no prediction is valid here,"
+        needed = needed if self.valid else "the full model (no valid prediction)"
+        drag = " (>> 1: phases move together)" if n.damping > 100.0 else ""
         lines = [f"{self.scene or 'scene'}: {needed} for an error of the depth of {self.tol:g} (mean, over the mean depth)",
-                 f"  phi {n.phi:.3g}, varying by {n.phi_range:.2g}, spreads over {n.spread:.3g} m; drag K T = {n.damping:.3g}",
-                 f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of 2 a beta; dry share {n.dry_share:.0%}",
+                 f"  solid fraction {n.phi:.3g} ({f'range {n.phi_range:.2g}' if n.phi_range else 'uniform'}); mixing length "
+                 f"{n.spread:.3g} m; drag strength K T = {n.damping:.3g}{drag}",
+                 f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of the limit 2 a beta; {n.dry_share:.0%} dry",
                  f"  {predicted}",
                  f"  scheme: {self.scheme}, {self.cells} cells (estimated grid error {self.grid_error:.1e}, "
                  f"{'with jumps' if self.jumps else 'smooth'}), about {_duration(self.seconds)} compiled"]
@@ -91,7 +94,7 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.2g} ms"
 
 
-def advise(scene: Scene, tol: float = 1e-3) -> Advice:
+def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
     """Return which model, scheme and grid a scene needs. Nothing is run.
 
     The model is the cheapest whose predicted error, doubled, is below the tolerance; how the prediction is made stands in
@@ -101,11 +104,12 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     Parameters
     ----------
     scene : the scene.
-    tol : wanted mean error of the depth over the mean depth, in (0, 1).
+    tol : wanted mean error of the depth over the mean depth, in (0, 1); on a terrain nothing depends on it.
 
     Returns
     -------
     Advice
+        For a scene on a terrain a `TerrainAdvice`: phases, cells and time as far as they are known, without predicted errors.
 
     Raises
     ------
@@ -114,6 +118,8 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice:
     """
     scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     tol = validation.real(tol, "tol", above=0.0, below=1.0)
+    if scene.terrain is not None:
+        return advise_on_terrain(scene)
     state = sampled(scene)
     numbers = indicators(scene, state)
     slope = _slope(scene, state) if np.ptp(state["b"]) > 0.0 else 0.0

@@ -12,19 +12,16 @@ import numpy as np
 
 from fvkit import CrossSection, Gauge, Solution
 from fvkit.files import csv_text, write_whole
-from fvkit.problem.directions import component_names, mass_places
-from fvkit.studies.tables import table
 from fvkit_granular.observers.hazard import HazardMaps
+from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
+from fvkit_granular.studies.mass_balance import EDGES, mass_balance
+from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
 from fvkit_granular.terrain.rasters import write_raster
+from fvkit_granular.terrain.terrain import Terrain
 
-#: Rasters: name of the file, map of `HazardMaps`, what it shows, and the value up to which a picture leaves it out; None for no
-#: picture.
-RASTERS: tuple[tuple[str, str, str, float | None], ...] = (
-    ("max_depth", "depth", "largest depth (vertical), m", 0.01), ("max_thickness", "thickness", "largest thickness, m", None),
-    ("max_speed", "speed", "largest speed, m/s", 0.0), ("max_pressure", "pressure", "largest dynamic pressure, Pa", 0.0),
-    ("phi_at_max_depth", "phi", "solid fraction at the largest depth", None), ("arrival", "arrival", "first arrival, s", -1.0),
-    ("duration", "duration", "duration, s", None))
+#: Speed from which on a flow still moves, m/s; share of all that is worth a word where it left through a side.
+MOVES, LEFT = 0.1, 1e-3
 
 #: Head of the report.
 STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
@@ -33,11 +30,12 @@ STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1
 
 def file_names(scene: Scene, ending: str) -> list[str]:
     """Return the names of all files that `write_hazard` writes, but those of ``.prj``."""
-    series = ["gauges.csv"] * bool(scene.watch.gauges) + [f"line-{name}.csv" for name in scene.watch.lines]
+    series = [*["gauges.csv"] * bool(scene.watch.gauges), *["run-out.csv"] * bool(scene.watch.path),
+              *(f"line-{name}.csv" for name in scene.watch.lines)]
     if scene.terrain is None:
         return series
-    rasters = [f"{name}{ending}" for name, *_ in RASTERS] + [f"deposit{ending}"]
-    return [*rasters, *(f"{name}.png" for name, _, _, least in RASTERS if least is not None), *series, "report.html"]
+    rasters = [f"{layer.name}{suffix}" for suffix in (ending, ".qml") for layer in LAYERS]
+    return [*rasters, *(f"{layer.name}.png" for layer in LAYERS if layer.least is not None), *series, "report.html"]
 
 
 def is_record(name: str) -> bool:
@@ -45,8 +43,8 @@ def is_record(name: str) -> bool:
     stem, ending = Path(name).stem, Path(name).suffix
     if name != Path(name).name:
         return False
-    raster = ending in (".asc", ".tif") and stem in ("deposit", *(known for known, *_ in RASTERS))
-    return raster or name in ("gauges.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
+    raster = ending in (".asc", ".tif", ".qml") and stem in (layer.name for layer in LAYERS)
+    return raster or name in ("gauges.csv", "run-out.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
 
 
 def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
@@ -59,34 +57,63 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
     ending : of rasters, ``.asc`` or ``.tif``.
     """
+    from fvkit_granular.terrain.maps import draw_map
+
     hazard: HazardMaps = watched["hazard"]
     maps, terrain = hazard.maps, scene.terrain
-    pictures = {}
-    for name, key, label, least in RASTERS:
-        values = np.where(np.isfinite(maps[key]), maps[key], np.nan)
-        write_raster(folder / f"{name}{ending}", values, terrain)
-        if least is not None:
-            pictures[f"{name}.png"] = _drawn(scene, values, label, least)
-            write_whole(folder / f"{name}.png", partial(_fill, pictures[f"{name}.png"]))
-    write_raster(folder / f"deposit{ending}", solution.observables()["h"], terrain)
+    pictures, relief = {}, draw_map(terrain, release=scene.release)  # drawn once for all maps
+    for layer in LAYERS:
+        seen = solution.observables()["h"] if layer.key is None else maps[layer.key]
+        values, picture = np.where(np.isfinite(seen), seen, np.nan), f"{layer.name}.png"
+        write_style(write_raster(folder / f"{layer.name}{ending}", values, terrain), layer)
+        if layer.least is not None:
+            pictures[picture] = _drawn(relief, terrain, values, layer)
+            write_whole(folder / picture, partial(_fill, pictures[picture]))
     write_series(folder, watched)
-    summary = summarised(scene, solution, hazard)
-    page = _page(scene, solution, summary, pictures)
+    summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
+    told = limits(scene, solution, hazard, watched)
+    page = _page(scene, solution, summary, told, pictures)
     write_whole(folder / "report.html", lambda file: file.write(page.encode()))
-    return summary
+    return "\n".join([summary, *(f"caution: {text}" for text in told[1:])])
+
+
+def limits(scene: Scene, solution: Solution, hazard: HazardMaps, watched: Mapping[str, Any]) -> list[str]:
+    """Return what limits the result of a run, as sentences: first the grid, then what was seen in this run."""
+    seen, stats, dx = solution.observables(), solution.stats, solution.grid.axes[0].dx
+    balance = mass_balance(scene, solution)
+    there = sum(balance.first.values()) + sum(max(sum(row.values()), 0.0) for row in balance.entered.values())
+    lost = {side: -sum(balance.entered[side].values()) for side in EDGES}
+    speed = float(np.hypot(seen["v_x"], seen["v_y"])[seen["h"] >= hazard.threshold].max(initial=0.0)) if "v_x" in seen else 0.0
+    deep = stats.nonhyperbolic_faces - stats.nonhyperbolic_films
+    found = [f"no error of the grid was estimated: a run with cell = {2.0 * dx:g} shows how much hangs on the cells of {dx:g} m"]
+    if not solution.success:
+        found.append(f"the run ended early, and maps are those until then: {solution.message}")
+    if speed > MOVES:
+        found.append(f"where it is deeper than {hazard.threshold:g} m the flow still moves at the end, with up to {speed:.3g} "
+                     "m/s: run-out and deposit are not final")
+    found += [f"{volume:.4g} m3, {volume / there:.1%} of all, left through the {side}: what they do beyond is not known"
+              for side, volume in lost.items() if volume > LEFT * there]
+    if deep:
+        found.append(f"characteristic speeds were complex at {deep} pairs of face and step outside of films, up to "
+                     f"{stats.deepest_nonhyperbolic:.3g} m deep: the problem is ill-posed there and does not converge")
+    found += ["the flow reached the end of the path, which may be too short" for one in watched.values()
+              if isinstance(one, RunOut) and one.reaches_end]
+    return found
 
 
 def _fill(content: bytes, file: IO[bytes]) -> None:
     file.write(content)
 
 
-def _drawn(scene: Scene, values: np.ndarray, label: str, least: float) -> bytes:
-    """Return the PNG of a map over the relief."""
-    from fvkit_granular.terrain.maps import draw_map
+def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer) -> bytes:
+    """Return the PNG of a layer over the relief, and take the layer away again."""
+    from fvkit_granular.terrain.maps import lay_over
 
     target = io.BytesIO()
-    figure: Any = draw_map(scene.terrain, values, label, release=scene.release, above=least).figure
-    figure.savefig(target, format="png", dpi=120)
+    bar = lay_over(relief, terrain, values / layer.unit, layer.shows, (layer.least or 0.0) / layer.unit)
+    relief.figure.savefig(target, format="png", dpi=120, pil_kwargs={"compress_level": 3})
+    bar.remove()
+    bar.mappable.remove()
     return target.getvalue()
 
 
@@ -96,6 +123,8 @@ def write_series(folder: Path, watched: Mapping[str, Any]) -> None:
         if isinstance(observer, Gauge):
             _write(folder / "gauges.csv", ["t", *(f"{what} at {k}" for what in observer.values for k in range(len(observer.x)))],
                    [observer.t, *(column for values in observer.values.values() for column in values.T)])
+        if isinstance(observer, RunOut):
+            _write(folder / "run-out.csv", ["t", "distance"], [observer.t, observer.distance])
         if isinstance(observer, CrossSection):
             columns = {"t": observer.t} | {f"discharge {mass}": values for mass, values in observer.discharge.items()} \
                 | {f"volume {mass}": values for mass, values in observer.volume.items()}
@@ -109,19 +138,12 @@ def _write(path: Path, header: Sequence[str], columns: Sequence[np.ndarray]) -> 
 
 def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
     """Return the volumes of a run, its largest values and reach, as text."""
-    grid, model = solution.grid, solution.model
-    rows, every = list(mass_places(model, grid)), component_names(model, grid)
-    names = [every[row] for row in rows]
-    start, end = (solution.q[k][rows].sum(axis=(1, 2)) * grid.cell_volume for k in (0, -1))
-    brought, drift = ([found[name] for name in names] for found in (solution.stats.entered_by_sources, solution.stats.mass_drift))
-    volumes = [("volume, m3", "at first", "by sources and outlets", "through the edges", "at the end", "error"), *(
-        (name, f"{first:.6g}", f"{sources:.6g}", f"{last - first - sources:.6g}", f"{last:.6g}", f"{wrong:.1e}")
-        for name, first, sources, last, wrong in zip(names, start, brought, end, drift, strict=True))]
-    maps = hazard.maps
+    grid, model, maps = solution.grid, solution.model, hazard.maps
     wet = maps["depth"] >= hazard.threshold
     area = float(np.count_nonzero(wet) * grid.cell_volume)
     heights = np.where(wet, scene.terrain.bottom, np.nan)
-    lines = [table(volumes, left=1), f"area deeper than {hazard.threshold:g} m at any time: {area:.6g} m2"]
+    lines = [str(mass_balance(scene, solution, hazard)), f"first contact: a cell beside it is deeper than {hazard.threshold:g} m",
+             f"area deeper than {hazard.threshold:g} m at any time: {area:.6g} m2"]
     if wet.any():
         lines.append(f"it reaches from {np.nanmax(heights):.5g} down to {np.nanmin(heights):.5g} m of elevation")
     lines.append(f"largest depth {maps['depth'].max():.4g} m, speed {maps['speed'].max():.4g} m/s, dynamic pressure "
@@ -130,13 +152,14 @@ def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
     return "\n".join(lines)
 
 
-def _page(scene: Scene, solution: Solution, summary: str, pictures: Mapping[str, bytes]) -> str:
+def _page(scene: Scene, solution: Solution, summary: str, told: Sequence[str], pictures: Mapping[str, bytes]) -> str:
     """Return the report as one HTML page with its pictures inside."""
     kept = solution.configuration
     versions = ", ".join(f"{name} {version}" for name, version in kept["versions"].items())
     parts = [f"<h1>{html.escape(scene.name or scene.terrain.name)}</h1>", f"<p>{html.escape(scene.description)}</p>",
              f"<p>{html.escape(solution.message)}; t = {solution.t[-1]:.6g} s; {solution.stats.steps} steps in "
-             f"{solution.stats.seconds:.3g} s.</p>", f"<pre>{html.escape(summary)}</pre>"]
+             f"{solution.stats.seconds:.3g} s.</p>", f"<pre>{html.escape(summary)}</pre>", "<h2>What limits the result</h2>",
+             "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in told) + "</ul>"]
     for name, content in pictures.items():
         picture = base64.b64encode(content).decode()
         parts.append(f'<figure><img alt="{name}" src="data:image/png;base64,{picture}"><figcaption>{name}</figcaption></figure>')

@@ -11,6 +11,7 @@ from fvkit import solve, validation
 from fvkit.sweeps import SweepResult
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.scene_run import SceneRun
+from fvkit_granular.terrain.layers import PROBABILITY, write_style
 from fvkit_granular.terrain.rasters import write_raster
 
 #: Maps with thresholds, and the unit of each.
@@ -64,16 +65,18 @@ def exceeded(result: SweepResult, thresholds: Mapping[str, tuple[float, ...]]) -
 def write_exceeded(folder: Path, scene: Scene, found: Mapping[str, np.ndarray], ending: str = ".asc") -> list[str]:
     """Write probabilities as rasters on the terrain of a scene, and a map of each; return the names of the files."""
     from fvkit.output.figures import save_all
-    from fvkit_granular.terrain.maps import draw_map
+    from fvkit_granular.terrain.maps import draw_map, lay_over
 
-    names = []
+    names, relief = [], draw_map(scene.terrain, release=scene.release)
     for what, share in found.items():
         name = "probability_" + what.replace(" >= ", "_")
-        write_raster(folder / f"{name}{ending}", share, scene.terrain)
+        write_style(write_raster(folder / f"{name}{ending}", share, scene.terrain), PROBABILITY)
         label = f"probability of {what} {UNITS[what.split()[0]]}"
-        axes = draw_map(scene.terrain, share, label, release=scene.release, highest=1.0)
-        figure: Any = axes.figure
+        bar = lay_over(relief, scene.terrain, share, label, 0.0, highest=1.0)
+        figure: Any = relief.figure
         save_all(folder, {f"{name}.png": figure})
-        names += [f"{name}{ending}", f"{name}.png"]
+        bar.remove()
+        bar.mappable.remove()
+        names += [f"{name}{ending}", f"{name}.qml", f"{name}.png"]
     return names
 

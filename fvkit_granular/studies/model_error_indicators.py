@@ -117,7 +117,7 @@ def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indi
     w = np.where(both, w, 0.0)
     rho = phi + gamma * (1.0 - phi)
     mean_phi, a = float(phi[wet].mean()), float(np.sqrt(g * h[wet].mean()))
-    rate = _rate(scene, mean_phi, float(np.abs(w[both]).mean()) if both.any() else 0.0)
+    rate = drag_of(scene, mean_phi, float(np.abs(w[both]).mean()) if both.any() else 0.0)
     tau = lasting(rate, time)
     spread = a * float(np.sqrt(0.5 * (1.0 - mean_phi) * (1.0 - gamma))) * spreading(rate, time)
     flux = np.where(wet, phi * (1.0 - phi) * (1.0 - gamma) / rho * h, 0.0)
@@ -156,7 +156,7 @@ def period_of(scene: Scene) -> float | None:
     return scene.interval[1] - scene.interval[0] if scene.boundary[0].reads == "opposite" else None
 
 
-def _rate(scene: Scene, phi: float, slip: float) -> float:
+def drag_of(scene: Scene, phi: float, slip: float) -> float:
     """Return K, 1/s, of all drag laws of a scene together, at the mean state; 0 where a phase is absent."""
     if not 0.0 < phi < 1.0:
         return 0.0

@@ -23,7 +23,7 @@ LARGEST = 100_000_000
 #: Share of a cell by which rings may overlap by rounding, and below which a share is nothing but rounding.
 ROUNDING, NOTHING = 1e-6, 1e-12
 
-TYPES = ("Polygon", "MultiPolygon")
+TYPES, LINES = ("Polygon", "MultiPolygon"), ("LineString", "MultiLineString")
 
 REPAIR = "repair it, with QGIS' \"fix geometries\" for example"
 
@@ -81,16 +81,24 @@ def read_features(source: Any, terrain: Terrain) -> list[Feature]:
 
     Its CRS must be that of the terrain, where both are known.
     """
+    where, given = read_geometries(source, terrain)
+    features = [_feature(where, number, geometry, attributes) for number, (geometry, attributes) in enumerate(given, 1)]
+    if not features:
+        raise ValueError(f"{where} must have a feature, got none")
+    return features
+
+
+def read_geometries(source: Any, terrain: Terrain) -> tuple[str, list[tuple[Any, Any]]]:
+    """Return what messages call a source, and pairs of its geometries (GeoJSON) and their attributes; see `read_features`."""
     if isinstance(source, (str, PathLike)):
+        if Path(source).suffix.lower() not in READERS:
+            raise ValueError(f"{source} must be a vector file, which ends in {', '.join(READERS)}")
         where, given, crs = READERS[Path(source).suffix.lower()](validation.file(source, "source"))
     else:
         where, given, crs = _collection(getattr(source, "__geo_interface__", source), "GeoJSON")
     systems.in_metres(crs, where)
     systems.check_same(crs, terrain.crs, where)
-    features = [_feature(where, number, geometry, attributes) for number, (geometry, attributes) in enumerate(given, 1)]
-    if not features:
-        raise ValueError(f"{where} must have a feature, got none")
-    return features
+    return where, given
 
 
 def check_apart(covered: np.ndarray, terrain: Terrain, feature: Feature) -> None:
@@ -117,7 +125,7 @@ def _geojson(path: Path) -> Given:
 
 def _collection(read: Any, where: str) -> Given:
     kind = read.get("type") if isinstance(read, Mapping) else None
-    if kind in TYPES:
+    if kind in (*TYPES, *LINES):
         return where, [(read, {})], None
     members = read.get("features") if kind == "FeatureCollection" else [read] if kind == "Feature" else None
     if not isinstance(members, (list, tuple)) or not all(isinstance(one, Mapping) for one in members):
@@ -150,7 +158,7 @@ def _shapefile(path: Path) -> Given:
                          for one in file.iterShapeRecords()]
     except (shapefile.ShapefileException, Warning, OSError, struct.error, LookupError, TypeError, ValueError) as error:
         said = " ".join(str(error).split())
-        raise Unreadable(path, f"it is damaged or no shapefile, or no .dbf stands beside it ({said})") from None
+        raise Unreadable(path, f"it is damaged or no shapefile, or its .dbf is missing ({said})") from None
     return str(path), given, systems.read_beside(path)
 
 

@@ -73,4 +73,4 @@ def _known(crs: str | None) -> Any:
     try:
         return CRS.from_user_input(crs, morph_from_esri_dialect='DATUM["D_' in crs)
     except CRSError as error:
-        raise ValueError(f"the CRS of a GeoTIFF must be one that GDAL knows, got {validation.shown(crs)}: {error}") from None
+        raise ValueError(f"the CRS of a GeoTIFF must be known to GDAL, got {validation.shown(crs)}: {error}") from None

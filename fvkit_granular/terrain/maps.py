@@ -71,18 +71,26 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
     target.imshow(_shade(ground), cmap="gray", vmin=0.0, vmax=1.0, extent=extent, origin="lower", interpolation="none")
     _contours(target, ground)
     if values is not None:
-        given = validation.floats(values, "values")
-        if given.shape != ground.grid.shape:
-            raise ValueError(f"`values` must have the shape of the terrain, {ground.grid.shape}, got {given.shape}")
-        seen = np.ma.masked_where(~(given > least) | ground.missing, given)
-        image = target.imshow(seen, cmap="viridis_r", vmin=least, vmax=last, extent=extent, origin="lower", interpolation="none",
-                              alpha=0.85)
-        target.figure.colorbar(image, ax=target, label=named, shrink=0.7, extend="max" if last is not None else "neither")
+        lay_over(target, ground, values, named, least, last)
     if release is not None:
         edge = validation.instance(release, "release", Release).thickness > 0.0
         target.contour(x.centers, y.centers, edge, levels=[0.5], colors="#D55E00", linewidths=1.6)
     _furnish(target, width)
     return target
+
+
+def lay_over(target: Axes, terrain: Terrain, values: Any, label: str, above: float, highest: float | None = None) -> Any:
+    """Draw results, see `draw_map`, over the relief of a terrain, and return their colour bar, whose ``remove`` and that of
+    its ``mappable`` take them away again."""
+    given = validation.floats(values, "values")
+    if given.shape != terrain.grid.shape:
+        raise ValueError(f"`values` must have the shape of the terrain, {terrain.grid.shape}, got {given.shape}")
+    x, y = terrain.grid.axes
+    seen = np.ma.masked_where(~(given > above) | terrain.missing, given)
+    image = target.imshow(seen, cmap="viridis_r", vmin=above, vmax=highest, extent=(x.lower, x.upper, y.lower, y.upper),
+                          origin="lower", interpolation="none", alpha=0.85)
+    return target.figure.colorbar(image, ax=target, label=label, shrink=0.7,
+                                         extend="max" if highest is not None and seen.max() > highest else "neither")
 
 
 def _shade(terrain: Terrain) -> np.ma.MaskedArray:

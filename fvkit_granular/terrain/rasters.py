@@ -95,7 +95,7 @@ def read_terrain(path: Any, window: Any = None, cell: float | None = None) -> Te
 
 def _corners(window: Any) -> list[Any]:
     corners = validation.listed(window, "window", "((x0, y0), (x1, y1))")
-    if len(corners) != 2:
+    if len(corners) != 2 or any(np.shape(corner) != (2,) for corner in corners):
         raise ValueError(f"`window` must be two corners ((x0, y0), (x1, y1)), got {validation.shown(window)}")
     return corners
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import fvkit as fv
@@ -49,7 +49,6 @@ def compiled(name: str, changed=lambda result: result):
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
-@settings(deadline=None)
 @given(x=values, y=values)
 def test_a_compiled_operation_means_what_numpy_means(name, x, y):
     wanted = OPERATIONS[name](np.array([x]), np.array([y]))[0]

@@ -346,7 +346,7 @@ def test_a_solver_of_pyclaw_without_a_matrix_is_first_order_and_says_so(model):
     def problem(cells):
         return fv.Problem(model, fv.Grid(0.0, 1.0, cells), lambda x: np.where(np.abs(x - 0.4) < 0.15, 1.0, 0.0)[None], 0.5, {"u": u}, fv.Periodic())
 
-    with pytest.warns(RuntimeWarning, match="says nothing of the matrix of PyClawRiemann.*at first order"):
+    with pytest.warns(RuntimeWarning, match="does not define the matrix of PyClawRiemann.*at first order"):
         solution = fv.solve(problem(200), fv.WavePropagation(fv.PyClawRiemann(colour)))
     assert -1e-12 < solution.q[-1].min() <= solution.q[-1].max() < 1.0 + 1e-12
     same = fv.solve(fv.Problem(Colour(), fv.Grid(0.0, 1.0, 200), problem(200).q0, 0.5, {"u": u}, fv.Periodic()),

@@ -169,14 +169,14 @@ def test_a_step_whose_notes_an_exception_prevented_is_noted_when_the_run_goes_on
 def test_a_warning_says_that_an_observer_has_no_record(given, then, tmp_path):
     path = tmp_path / "run.npz"
     solve(dam_break(50), observers=given, limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(path))
-    with pytest.warns(RuntimeWarning, match=r"sees the run from t = 0\.\d+ on alone: .*run.npz has no notes of"):
+    with pytest.warns(RuntimeWarning, match=r"records the run from t = 0\.\d+ on: .*run.npz has no record of"):
         fv.resume(path, observers=then)
 
 
 def test_notes_that_no_observer_goes_on_with_are_not_dropped_in_silence(tmp_path):
     path = tmp_path / "run.npz"
     solve(dam_break(50), observers=[fv.Gauge(0.3), fv.Extremes()], limits=fv.Limits(steps=6), throw=False, checkpoint=fv.Checkpoint(path))
-    with pytest.warns(RuntimeWarning, match=r"run.npz keeps notes of Extremes, and no observer goes on with them.*`observers`"):
+    with pytest.warns(RuntimeWarning, match=r"run.npz has records of Extremes, and no observer continues them.*`observers`"):
         fv.resume(path, observers=[fv.Gauge(0.3)])
 
 

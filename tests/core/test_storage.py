@@ -469,7 +469,7 @@ def test_a_frame_that_was_cut_off_is_left_out(solution, tmp_path):
 def test_a_stream_needs_its_ending_and_stands_alone(tmp_path):
     with pytest.raises(ValueError, match=r"`path` must end in .nc, got 'run.npz'"):
         solve(wave(10), record=fv.Stream(tmp_path / "run.npz"))
-    with pytest.raises(ValueError, match="`checkpoint` and `record` do not go together"):
+    with pytest.raises(ValueError, match="`checkpoint` and `record` cannot be combined"):
         solve(wave(10), record=fv.Stream(tmp_path / "run.nc"), checkpoint=fv.Checkpoint(tmp_path / "c.npz"))
 
 

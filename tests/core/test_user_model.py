@@ -182,7 +182,7 @@ def test_a_lake_that_a_viscosity_moves_is_warned_of(bottom, riemann, scheme):
     if bottom == "flat":
         assert moved(Water()) < 1e-13
     else:
-        with pytest.warns(RuntimeWarning, match="pushes what is at rest over a step of b, and no `balanced_difference`"):
+        with pytest.warns(RuntimeWarning, match="with a force at rest over a step of b, and no `balanced_difference`"):
             assert moved(Water()) > 1e-3
 
 

@@ -71,7 +71,7 @@ def test_mixture_runs_up_a_shore_of_clear_water_in_as_many_steps_as_one_of_mixtu
     assert steps[0.0] <= 1.2 * steps[0.1]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(seed=st.integers(0, 2**31), order=st.sampled_from([1, 2]), solver=st.sampled_from(SOLVERS), kind=st.integers(0, 7),
        model=st.sampled_from([gr.TwoPhase(), gr.Reduced(), gr.ShallowWater()]))
 def test_no_mass_turns_negative_and_none_is_lost_whatever_the_states(seed, order, solver, kind, model):

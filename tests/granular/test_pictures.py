@@ -11,7 +11,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import MISTAKE, SUCCESS, main
 from fvkit.output.figures import new_axes
-from fvkit.output.plots import space_time
+from fvkit.output.plots import enlargement, space_time
 from tests.cases import solve
 
 
@@ -26,7 +26,7 @@ def burgers():
     return solve(problem, fv.WavePropagation(fv.Roe()))
 
 
-@pytest.mark.parametrize("kind", ["state", "profile", "speeds", "margin"])
+@pytest.mark.parametrize("kind", ["state", "profile", "depth", "speeds", "margin"])
 def test_every_kind_draws_on_the_given_axes(slide, kind):
     _, (ax,) = new_axes()
     assert slide.plot(ax, 2, kind=kind) is ax
@@ -78,8 +78,9 @@ def test_slip_is_drawn_where_both_phases_are(slide):
 
 
 def test_what_a_model_has_not_is_a_sentence(burgers, tmp_path):
-    with pytest.raises(ValueError, match="thicknesses"):
-        burgers.plot(kind="profile")
+    for kind in ("profile", "depth"):
+        with pytest.raises(ValueError, match=f"thicknesses.*no {kind}"):
+            burgers.plot(kind=kind)
     with pytest.raises(ValueError, match="did you mean state"):
         burgers.plot(kind="stat")
     with pytest.raises(ValueError, match="more than the start and the end"):
@@ -156,3 +157,65 @@ def test_a_scheme_has_a_picture_as_a_solver_has():
 def test_a_figure_is_a_picture_for_a_notebook_without_pyplot(burgers):
     figure = burgers.plot().figure
     assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def channel(relief, depth, t_end=4.0, level=0.0):
+    """A flow of a given depth on a slope of 1000 m that ends at a level."""
+    scene = gr.Scene((0.0, 1000.0), t_end, lambda x: {"h": depth * (np.abs(x - 300.0) < 100.0), "phi": 0.5},
+                     bottom=lambda x: level + relief * (1.0 - x / 1000.0), slope="mild")
+    return solve(scene.problem(gr.ShallowWater, 50), times=[0.5 * t_end, t_end])
+
+
+@pytest.mark.parametrize(("relief", "depth", "factor"), [
+    (0.0, 1.0, 1.0), (15.0, 1.0, 1.0), (100.0, 2.0, 5.0), (100.0, 1.0, 10.0), (50.0, 0.02, 200.0), (100.0, 0.0, 1.0)])
+@pytest.mark.filterwarnings("ignore::fvkit_granular.scenes.slope.SteepSlopeWarning")
+def test_depths_are_enlarged_where_the_relief_would_hide_them(relief, depth, factor):
+    """The factor is 1, 2 or 5 times a power of ten, the largest with which 0.15 of the relief holds the largest depth."""
+    found = channel(relief, depth)
+    assert enlargement(found) == factor
+    ax, b = found.plot(kind="profile"), found.aux["b"]
+    np.testing.assert_allclose(ax.get_lines()[0].get_ydata(), b + factor * found.observables()["h"], rtol=1e-13)
+    assert ax.get_ylabel() == ("height, m" if factor == 1.0 else f"height, m; depth {factor:g} times enlarged")
+    true = found.plot(kind="profile", enlarge=1.0)
+    np.testing.assert_allclose(true.get_lines()[0].get_ydata(), b + found.observables()["h"], rtol=1e-13)
+    labels = [text.get_text() for text in found.plot(kind="state").get_legend().get_texts()]
+    assert ("surface" in labels) == (factor == 1.0)
+    np.testing.assert_array_equal(found.plot(kind="depth").get_lines()[0].get_ydata(), found.observables()["h"])
+    with pytest.raises(ValueError, match="`enlarge` must be"):
+        found.plot(kind="profile", enlarge=0.0)
+
+
+def test_high_ground_fills_the_picture():
+    low, high = channel(100.0, 1.0, level=1500.0).plot(kind="profile").get_ylim()
+    assert low > 1480.0
+    assert high < 1650.0
+
+
+@pytest.mark.filterwarnings("ignore::fvkit_granular.scenes.slope.SteepSlopeWarning")
+def test_the_first_picture_and_the_film_of_a_channel_show_its_flow(tmp_path, monkeypatch):
+    from PIL import Image
+
+    monkeypatch.setattr("fvkit_granular.cli.run.FRAMES", 4)
+    (tmp_path / "channel.toml").write_text("""t_end = 20.0
+interval = [0.0, 2000.0]
+initial = {h = {shape = "block", centre = 250.0, half_width = 100.0, height = 1.0}, phi = 0.6}
+bottom = {shape = "piecewise-linear", points = [[0.0, 500.0], [1400.0, 60.0], [2000.0, 0.0]]}
+friction = {type = "coulomb", nu = 0.2}
+""")
+    out = tmp_path / "out"
+    assert main(["run", str(tmp_path / "channel.toml"), "--cells", "100", "--out", str(out), "--plot", "depth", "--animate",
+                 "film.gif", "--model", "reduced"]) == SUCCESS
+    sand = np.array([0xC9, 0xA6, 0x6B])
+
+    def shown(picture):
+        """Share of its pixels that have the colour of grains."""
+        return np.mean(np.abs(np.asarray(picture.convert("RGB"), dtype=float) - sand).max(axis=-1) < 12.0)
+
+    with Image.open(out / "film.gif") as film:
+        assert film.n_frames == 5
+        for k in range(5):
+            film.seek(k)
+            assert shown(film) > 2e-3
+    for name in ("profile.png", "depth.png"):
+        with Image.open(out / name) as picture:
+            assert shown(picture) > 2e-3

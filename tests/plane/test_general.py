@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import fvkit as fv
+import fvkit_granular as gr
 from fvkit.problem.directions import component_names, observables
 
 
@@ -130,3 +131,25 @@ def test_a_quarter_plane_problem_of_gas_keeps_its_diagonal_symmetry():
     q = fv.solve(fv.Problem(model, box(n), states, 0.2), fv.WavePropagation(fv.HLL())).q[-1]
     assert q[0].min() > 0.0
     assert np.abs(q[0] - q[0].T).mean() < 0.01 * q[0].mean()
+
+
+def pyclaw_roe(q_l, q_r, aux_l, aux_r, problem_data):
+    """Roe's solver for shallow water in PyClaw's form: arrays of one line of faces, whatever the grid."""
+    (hl, ml), (hr, mr) = q_l, q_r
+    h, dh, dm = 0.5 * (hl + hr), hr - hl, mr - ml
+    v = (ml / np.sqrt(hl) + mr / np.sqrt(hr)) / (np.sqrt(hl) + np.sqrt(hr))
+    c = np.sqrt(problem_data["grav"] * h)
+    wave, s = np.empty((2, 2, q_l.shape[1])), np.array([v - c, v + c])
+    wave[0, 0], wave[0, 1] = 0.5 * (s[1] * dh - dm) / c, 0.5 * (dm - s[0] * dh) / c
+    wave[1] = s * wave[0]
+    return wave, s, None, None
+
+
+def test_a_solver_of_pyclaw_serves_two_axes_as_it_is():
+    def dam(x, y):
+        return [np.where(np.hypot(x - 5.0, y - 4.0) < 2.0, 2.0, 1.0), 0.0 * x, 0.0 * x]
+
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid((0.0, 0.0), (10.0, 8.0), (30, 24)), dam, 0.3, boundary=fv.Wall())
+    solvers = (fv.PyClawRiemann(pyclaw_roe, {"grav": 9.81}), fv.Roe())
+    found, wanted = (fv.solve(problem, fv.WavePropagation(solver), backend="numpy").q[-1] for solver in solvers)
+    assert_allclose(found, wanted, atol=1e-13)

@@ -94,13 +94,13 @@ def test_a_cut_refuses_what_is_no_line(solution, line, words):
 
 
 def test_kinds_of_the_other_number_of_axes_are_refused(solution, line, tmp_path):
-    for kind in ("state", "profile", "speeds", "margin"):
+    for kind in ("state", "profile", "depth", "speeds", "margin"):
         with pytest.raises(ValueError, match=r"`kind` must be one of map, vectors, cut; got"):
             solution.plot(kind=kind)
         with pytest.raises(ValueError, match=r"`kind` must be one of map, vectors, cut; got"):
             solution.animate(tmp_path / "film.gif", kind)
     for kind in ("map", "vectors", "cut"):
-        with pytest.raises(ValueError, match=r"`kind` must be one of state, profile, speeds, margin; got"):
+        with pytest.raises(ValueError, match=r"`kind` must be one of state, profile, depth, speeds, margin; got"):
             line.plot(kind=kind)
     with pytest.raises(ValueError, match=r"needs a grid with one axis, got one with two: take kind='map'"):
         space_time(solution)

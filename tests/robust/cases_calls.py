@@ -88,6 +88,8 @@ CALLS = {
     "Gauge": Call(fv.Gauge, dict(x=[0.5]), dict(x="array", dt="positive?")),
     "CrossSection": Call(fv.CrossSection, dict(line=[(0.0, 0.0), (1.0, 1.0)]), dict(line="array")),
     "HazardMaps": Call(gr.HazardMaps, {}, dict(threshold="positive", density="positive", least="positive")),
+    "RunOut": Call(gr.RunOut, dict(path=[(0.0, 0.0), (1.0, 1.0)]), dict(path="array", threshold="positive")),
+    "read_path": Call(gr.read_path, dict(source={"type": "LineString", "coordinates": [[0.0, 0.0], [1.0, 1.0]]}, terrain=TERRAIN), dict(terrain="part")),
     "Watch": Call(gr.Watch, {}, dict(lines="mapping", threshold="positive", density="positive", least="positive")),
     "Drain": Call(gr.Drain, dict(rate=1.0), dict(rate="field not negative")),
     "read_parameter": Call(gr.read_parameter, dict(source=np.ones((2, 3)), terrain=TERRAIN), dict(terrain="part", elsewhere="number?")),
@@ -229,13 +231,14 @@ ABSTRACT = "abstract: see test_abstract_parts_say_what_is_missing"
 ERROR = "an exception, raised by the package"
 NUMPY = "NumPy's own function, for pointwise code"
 ELSEWHERE = {
-    **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "MovingEquilibrium", "OutlineScore", "Profile", "Release", "shapes.Profile", "fvkit.testing.Outcome",
+    **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "TerrainAdvice", "MassBalance", "MovingEquilibrium", "OutlineScore", "Profile", "Release", "shapes.Profile", "fvkit.testing.Outcome",
                      *(f"exact.{name}" for name in ("Accelerated", "PeriodicFlow", "RarefactionFans", "ReducedRiemann", "ReducedState",
                                                     "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "TwoPhaseRiemann",
                                                     "TwoPhaseState", "TwoPhaseWave", "UniformDrag", "Wave"))), RESULT),
     **dict.fromkeys(("Interrupted", "OrderError", "PointwiseError", "SolveError", "exact.NoFourWaveSolution"), ERROR),
     **dict.fromkeys(("maximum", "minimum", "where"), NUMPY),
     **dict.fromkeys(("Scheme", "Stop", "Reference", "Integrator", "Splitting", "shapes.Shape"), ABSTRACT),
+    "mass_balance": "takes a run: see tests/terrain/test_mass_balance.py for what a wrong one gives",
     "SteepSlopeWarning": "a warning, given by the package",
     "Forcing": "takes a function: see tests of sources for what a wrong one gives",
     "Rain": "takes a field of any sign: see tests of sources for what a wrong one gives",

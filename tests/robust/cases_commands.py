@@ -32,7 +32,7 @@ OPTIONS = {
     **{("compare", name): (COMPARE, NAMES) for name in ("--models", "--method", "--riemann", "--limiter", "--reconstruction", "--integrator",
                                                         "--backend")},
     ("compare", "--plot-axes"): (COMPARE, ("steps", ("steps", "nonsense"), ("", "steps"), ("steps", "steps", "steps"))),
-    ("compare", "--out"): (COMPARE, FOLDERS),
+    ("compare", "--out"): (COMPARE, FOLDERS), ("compare", "--wide"): (COMPARE, ()),
     ("bench", "--cells"): (BENCH, (*COUNTS, "9")), ("bench", "--orders"): (BENCH, (*COUNTS, "3")), ("bench", "--repeats"): (BENCH, COUNTS),
     ("bench", "--plane"): (BENCH, (*COUNTS, "9")), ("bench", "--backends"): (BENCH, NAMES), ("bench", "--out"): (BENCH, FOLDERS),
     ("stress", "--workers"): (STRESS, COUNTS), ("stress", "--full"): (("stress",), ()),

@@ -29,7 +29,7 @@ def test_rest_does_not_drift():
 
 @linux
 def test_a_large_grid_needs_no_more_states_than_stated():
-    """On NumPy 2.x copies and temporaries of a chunk; compiled, two copies: tests/backends/test_kernels.py and docs/promises.md."""
+    """On NumPy 2.x copies and temporaries of a chunk; compiled, two copies: tests/backends/test_kernels.py and tests/LOG.md."""
     state, traced, _ = long_runs.large_run(500_000, 2, "numpy")
     assert traced < 3.6 * state + 20_000_000
 

@@ -19,7 +19,7 @@ def test_the_digest_tells_runs_apart():
 
 
 def test_many_small_runs_keep_no_memory():
-    """Bounds as in docs/promises.md: 0.5 kB of objects for each run, and what the allocator rounds up to, 4 MB in all."""
+    """Bounds as in tests/LOG.md: 0.5 kB of objects for each run, and what the allocator rounds up to, 4 MB in all."""
     traced, whole = many.growth(60, warm=20, settings=20)
     assert traced < 500 * 60
     assert whole < 4_000_000

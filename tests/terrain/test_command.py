@@ -193,3 +193,38 @@ def test_the_sample_is_what_its_script_makes(tmp_path):
     assert scene.terrain.grid.shape == (150, 250)
     with pytest.raises(ValueError, match=r"did you mean sample-torrent\?"):
         find_scene("sample-torent")
+
+
+def test_pictures_over_the_plane_are_drawn_where_they_are_asked_for(folder, capsys):
+    run = ["run", "scene.toml", "--model", "shallow-water", "--out"]
+    assert main([*run, "out", "--plot", "vectors", "--line", "1002", "2010", "1050", "2010"]) == 0
+    drawn = {path.stem for path in (folder / "out").glob("*.png")}
+    assert drawn == {"vectors", "cut", "max_depth", "max_speed", "max_pressure", "arrival"}
+    assert main([*run, "out"]) == 0
+    assert {path.stem for path in (folder / "out").glob("*.png")} == drawn - {"vectors", "cut"}
+    capsys.readouterr()
+    assert main([*run, "other", "--plot", "speeds"]) == 2
+    assert "--plot speeds draws over one axis" in capsys.readouterr().err
+    assert main(["run", "dam-break", "--plot", "map", "--out", "other"]) == 2
+    assert "--plot map draws over a plane" in capsys.readouterr().err
+    assert not (folder / "other").exists()
+
+
+def test_the_report_says_what_limits_the_result(folder, capsys):
+    """A flow that still moves, and one that has left or stopped."""
+    run = ["run", "scene.toml", "--model", "shallow-water", "--out"]
+    change(folder, "scene.toml", 't_end = 1.5', 't_end = 3.0')
+    assert main([*run, "out"]) == 0
+    printed, page = capsys.readouterr().out, (folder / "out/report.html").read_text()
+    assert "the flow still moves at the end" in printed
+    left = re.search(r"caution: ([0-9.]+) m3, ([0-9.]+)% of all, left through the south", printed)
+    solution = fv.load("out/solution.npz")
+    gone, first = -solution.stats.entered["south"]["h"], solution.q[0, 0].sum() * 25.0
+    assert (float(left[1]), float(left[2])) == (pytest.approx(gone, rel=1e-3), pytest.approx(100.0 * gone / first, abs=0.051))
+    assert page.count("<li>") == printed.count("caution: ") + 1
+    assert "no error of the grid was estimated: a run with cell = 10" in page
+    change(folder, "scene.toml", "nu = 0.2", "nu = 2.0")
+    with open("scene.toml", "a") as file:
+        file.write('[boundary]\nall = "wall"\n')
+    assert main([*run, "rest"]) == 0
+    assert "caution:" not in capsys.readouterr().out

@@ -25,7 +25,7 @@ def sampled(polygon, grid, fine=60):
     return inside.reshape(grid.shape[0], fine, grid.shape[1], fine).mean(axis=(1, 3))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.floats(0.5, 9.9), min_size=3, max_size=12), st.booleans(), st.floats(0.0, 6.0))
 def test_shares_add_up_to_the_area_of_any_ring(radii, clockwise, turn):
     points = star(turn + np.linspace(0.0, 2.0 * np.pi, len(radii), endpoint=False), np.array(radii))

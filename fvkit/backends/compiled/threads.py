@@ -58,4 +58,4 @@ class ThreadedKernel(StepwiseKernel):
         fluxes = [scratch.fluxes for _, _, scratch in self._shares]
         brought = np.add.reduce([flux[2] for flux in fluxes])
         lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
-        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought, lost, min(firsts, default=-1))
+        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought[None], lost, min(firsts, default=-1))

@@ -15,7 +15,7 @@ from fvkit_granular.sources.drag import ConstantDrag
 #: Solid fraction where it is uniform.
 PHI = 0.6
 
-#: (h, phi) left and right of 0, from rest: constructed here.
+#: (h, phi) left and right of 0, from rest.
 ABSENT = {
     "absent-solid": ((1.0, 0.6), (1.0, 0.0)), "absent-fluid": ((1.0, 0.6), (1.0, 1.0)), "pure-phases": ((2.0, 1.0), (1.0, 0.0)),
     "mixture-on-dry": ((3.0, 0.7), (0.0, 0.0)), "solid-on-dry": ((0.0, 0.0), (2.0, 1.0)),
@@ -28,13 +28,13 @@ DAM_BREAKS: dict[str, tuple[tuple[float, float], tuple[float, float], float, flo
     "dry-dam-break": ((1.0, 0.0), (0.0, 0.0), 5.0, 0.5,
                       "Ritter's dam break of 1 m onto dry ground, uniform phi = 0.6 (classical)"),
     "double-rarefaction": ((1.0, 1.0), (-8.0, 8.0), 5.0, 0.3,
-                           "two streams part at 8 m/s and leave dry ground between them (constructed here)"),
+                           "two streams part at 8 m/s and leave dry ground between them"),
     "transonic": ((10.0, 0.5), (0.0, 0.0), 8.0, 0.5, "dam break 10 m | 0.5 m whose fan passes the sonic point (classical)"),  # E3
     "expansion-shock": ((2.0, 1.0), (np.sqrt(3.0 * 9.81) / 2.0, np.sqrt(3.0 * 9.81)), 5.0, 0.5, "a jump from 2 m to 1 m with "
-                        "equal fluxes on both sides, which physics opens into a fan (constructed here)"),
+                        "equal fluxes on both sides, which opens into a fan"),
     "froude-50": ((1.0, 1.0), (50.0 * np.sqrt(9.81), 0.8 * (50.0 * np.sqrt(9.81))), 20.0, 0.05,
-                  "two streams at Froude numbers 50 and 40 collide (constructed here)"),
-    "tiny-depth": ((1.0, 1e-300), (0.0, 0.0), 5.0, 0.5, "dam break of 1 m onto a film of 1e-300 m (constructed here)"),
+                  "two streams at Froude numbers 50 and 40 collide"),
+    "tiny-depth": ((1.0, 1e-300), (0.0, 0.0), 5.0, 0.5, "dam break of 1 m onto a film of 1e-300 m"),
 }
 
 
@@ -87,7 +87,7 @@ def thacker() -> Scene:
     return Scene((0.0, 4.0), 2.0 * solved.period, lambda x: at(x, 0.0), bottom=solved.bottom, boundary=Wall(), name="thacker",
                  reference=FunctionReference("exact", "Thacker's planar surface: exact for uniform phi and one velocity", at=at),
                  description="plane surface rocking in a parabolic basin, two periods, moving shores (Thacker; SWASHES 4.2.1, "
-                 "amplitude remembered)")
+                 "amplitude from memory)")
 
 
 def lost_hyperbolicity() -> Scene:
@@ -97,8 +97,8 @@ def lost_hyperbolicity() -> Scene:
         return {"h": 1.0, "phi": PHI + ripples, "vs": np.where(np.abs(x - 0.5) < 0.2, 4.0, 0.0), "vf": 0.0}
 
     return Scene((0.0, 1.0), 0.3, flow, boundary=Periodic(), name="lost-hyperbolicity",
-                 description="slip of 4 m/s, where characteristic speeds are complex, on 40 % of a periodic domain (constructed "
-                 "here): the problem is ill-posed, the run must stay bounded")
+                 description="slip of 4 m/s, where characteristic speeds are complex, on 40 % of a periodic domain: "
+                 "the problem is ill-posed, the run must stay bounded")
 
 
 def stiff_drag() -> Scene:
@@ -112,7 +112,7 @@ def stiff_drag() -> Scene:
 
     return Scene((-5.0, 5.0), 0.5, two_states({"h": 3.0, "phi": 0.7}, {"h": 2.0, "phi": 0.4}), sources=ConstantDrag(D=1e8),
                  reference=reference, name="stiff-drag",
-                 description="dam break with a jump of phi and drag of 1e8 1/s: the reduced model's solution (constructed here)")
+                 description="dam break with a jump of phi and drag of 1e8 1/s: the reduced model's solution")
 
 
 def absent(name: str) -> Scene:
@@ -121,7 +121,7 @@ def absent(name: str) -> Scene:
     ritter = partial(one_phase_riemann, (hl, hr), (0.0, 0.0), phil if hl > hr else phir)
     return Scene((-5.0, 5.0), 0.3, two_states({"h": hl, "phi": phil}, {"h": hr, "phi": phir}), name=name,
                  reference=ritter if min(hl, hr) < 1e-200 else None,
-                 description=f"(h, phi) = ({hl:g}, {phil:g}) | ({hr:g}, {phir:g}) from rest: absent phases (constructed here)")
+                 description=f"(h, phi) = ({hl:g}, {phil:g}) | ({hr:g}, {phir:g}) from rest: absent phases")
 
 
 HARD_SCENES: dict[str, Callable[[], Scene]] = {

@@ -26,14 +26,14 @@ def pile() -> Scene:
     """A dry pile below its angle of friction."""
     return _resting(lambda x: {"h": np.maximum(0.0, 1.0 - 0.4 * np.abs(x)), "phi": 1.0}, interval=(-4.0, 4.0), t_end=1.0,
                     gamma=AIR, sources=CoulombFriction(0.5), name="pile",
-                    description="dry pile of slope 0.4 on a level bed, nu = 0.5, in air (constructed here): rests for ever")
+                    description="dry pile of slope 0.4 on a level bed, nu = 0.5, in air: stays at rest")
 
 
 def toe() -> Scene:
     """A pile on a slope with a dry toe below it."""
     return _resting(lambda x: {"h": np.maximum(0.0, 1.0 - 0.25 * np.abs(x)), "phi": 1.0}, interval=(-6.0, 6.0), t_end=1.0,
                     bottom=Plane(0.3), gamma=AIR, sources=CoulombFriction(0.6), name="toe",
-                    description="dry pile h = 1 - |x|/4 on a bed of slope 0.3, nu = 0.6, in air (constructed here): its "
+                    description="dry pile h = 1 - |x|/4 on a bed of slope 0.3, nu = 0.6, in air: its "
                     "surface is 0.55 steep at most, so it rests, its thin downslope end too")
 
 
@@ -57,14 +57,14 @@ def sliding_dam_break() -> Scene:
                  bottom=Plane(-slope), sources=(CoulombFriction(nu), ConstantDrag(1e9)), reference=reference,
                  name="sliding-dam-break",
                  description="dam break 2 m | 1 m, phi = 0.6, that slides at 1 m/s at first down a plane of slope 0.6, nu = "
-                 "0.5, phases bound by drag (constructed here after Mangeney, Heinrich and Roche 2000)")
+                 "0.5, phases bound by drag (after Mangeney, Heinrich and Roche 2000)")
 
 
 def column_collapse() -> Scene:
     """A column of dry grains that collapses and comes to rest."""
     return Scene((-4.0, 4.0), t_end=3.0, initial=ShapedFlow(Block(0.0, 0.5, 1.0), phi=1.0), gamma=AIR,
                  sources=CoulombFriction(0.5), name="column-collapse",
-                 description="column of dry grains, 1 m high and wide, on a level bed, nu = 0.5, in air (constructed here): "
+                 description="column of dry grains, 1 m high and wide, on a level bed, nu = 0.5, in air: "
                  "comes to rest, exactly, with no slope above nu")
 
 
@@ -89,8 +89,8 @@ def submerged_pile() -> Scene:
     """A heap of grains under level water."""
     return _resting(lambda x: {"h": 1.0, "phi": 0.2 * (1.0 + np.exp(-x * x))}, interval=(-4.0, 4.0), t_end=1.0,
                     sources=CoulombFriction(0.3), name="submerged-pile",
-                    description="bed of grains with a heap, hs = 0.2 + 0.2 exp(-x^2), under level water 1 m deep, nu = 0.3 "
-                    "(constructed here): rests, since |hs_x| <= 2 nu hs/h everywhere")
+                    description="bed of grains with a heap, hs = 0.2 + 0.2 exp(-x^2), under level water 1 m deep, nu = 0.3: "
+                    "rests, since |hs_x| <= 2 nu hs/h everywhere")
 
 
 def debris_slope() -> Scene:

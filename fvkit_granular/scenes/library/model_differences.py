@@ -33,7 +33,7 @@ def slip_over_bottom() -> Scene:
                                  f"{solved.accuracy:.0e} of the solution with two thirds of them", at=solved.at)
 
     return Scene((0.0, 1.0), t_end=0.15, initial=flow, bottom=bottom, boundary=Periodic(), reference=reference,
-                 name="slip-over-bottom", description="smooth periodic flow with slip over a sine bottom (constructed here): "
+                 name="slip-over-bottom", description="smooth periodic flow with slip over a sine bottom: "
                  "shows the order of a scheme where nonconservative products and bottom act")
 
 
@@ -41,7 +41,7 @@ def pitman_le() -> Scene:
     """A dam break with slip and a jump of phi, where the fluid momentum equations of the two models differ."""
     return Scene((-5.0, 5.0), t_end=0.5, name="pitman-le",
                  initial=two_states({"h": 2.0, "phi": 0.6, "vs": 0.0, "vf": 1.5}, {"h": 1.5, "phi": 0.3, "vs": 0.5, "vf": -0.3}),
-                 description="dam break with slip on both sides and a jump of phi (constructed here): the fluid momentum of "
+                 description="dam break with slip on both sides and a jump of phi: the fluid momentum of "
                  "PitmanLe and of TwoPhase differ; they agree where phi is uniform and vs = vf")
 
 
@@ -50,7 +50,7 @@ def internal_jump() -> Scene:
     left, right = layers(0.5, 0.5, 2.5, 2.5), layers(0.55, 0.45, 2.5, 2.5)
     return Scene((-1.0, 3.0), t_end=0.8, g=10.0, gamma=0.98, initial=two_states(left, right), name="internal-jump",
                  description="for TwoLayer: jump of the interface below a level surface in a current of 2.5 m/s (Abgrall and "
-                 "Karni; states seen in a public test case, g = 10 remembered, interval and time chosen here)")
+                 "Karni; states seen in a public test case, g = 10 from memory, interval and time our own)")
 
 
 def internal_dam_break() -> Scene:

@@ -50,10 +50,10 @@ def vortex(drift: float = 0.0) -> Scene:
 
     solved = exact.Vortex(centre=(0.0, 0.0), drift=(drift, drift), period=(1.0, 1.0))
     stands = drift == 0.0
-    how = "that stands" if stands else f"carried along the diagonal with {drift:g} m/s along each axis"
+    how = "standing still" if stands else f"carried along the diagonal with {drift:g} m/s along each axis"
     return _followed(solved, 0.5, 0.5 if stands else 1.0, "vortex of shallow water: exact for uniform phi and one velocity",
                      boundary=Periodic(), name="vortex" if stands else "travelling-vortex",
-                     description=f"vortex of 1 m/s and radius 0.1 m {how}, periodic, uniform phi = 0.6 (derived here)")
+                     description=f"vortex of 1 m/s and radius 0.1 m, {how}, periodic, uniform phi = 0.6 (derived here)")
 
 
 def two_phase_vortex() -> Scene:
@@ -65,8 +65,7 @@ def two_phase_vortex() -> Scene:
                  gamma=solved.gamma, name="two-phase-vortex",
                  reference=FunctionReference("exact", "the initial state for ever: each phase turns by its own push",
                                              at=solved.at),
-                 description="steady vortex of two phases with slip, over a hump of 5 cm (derived here): stands for ever in the "
-                 "full model")
+                 description="steady vortex of two phases with slip, over a hump of 5 cm, of the full model (derived here)")
 
 
 def radial_dam_break(outside: float = 0.5) -> Scene:
@@ -93,7 +92,7 @@ def dam_break_round_island() -> Scene:
     return Scene(((0.0, 0.0), (20.0, 10.0)), 3.0, flow, bottom=cone,
                  boundary=Wall(), sources=ConstantDrag(5.0), name="dam-break-island", times=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0),
                  description="2 m of mixture, phi = 0.6, break into 0.4 m of thin mud, phi = 0.1, around a conical island, drag "
-                 "of 5 1/s (constructed here)")
+                 "of 5 1/s")
 
 
 def lake() -> Scene:
@@ -102,14 +101,14 @@ def lake() -> Scene:
     flow = ShapedFlow(surface=1.0, phi=PHI, bottom=None)
     return Scene(((0.0, 0.0), (20.0, 12.0)), 2.0, flow, bottom=ground, boundary=Wall(), name="lake-with-islands",
                  reference=still(flow, ground),
-                 description="lake of 1 m around a hill and a tower that emerge (classical): rests for ever")
+                 description="lake of 1 m around a hill and a tower that emerge (classical): stays at rest")
 
 
 def circular_collapse() -> Scene:
     """A column of dry grains that collapses and comes to rest."""
     return Scene(((-3.0, -3.0), (3.0, 3.0)), 2.4, ShapedFlow(Block(0.0, 1.0, 1.0, over=(0.0, 0.0)), phi=1.0), gamma=AIR,
                  sources=CoulombFriction(0.5), name="circular-collapse", times=(0.4, 0.8, 1.2, 1.6, 2.0, 2.4),
-                 description="column of dry grains, 1 m high and 1 m in radius, nu = 0.5, in air (constructed here): collapses "
+                 description="column of dry grains, 1 m high and 1 m in radius, nu = 0.5, in air: collapses "
                  "and stops")
 
 

@@ -28,15 +28,15 @@ def riemann() -> Scene:
     """R1: the Riemann problem with slip on both sides."""
     return _riemann_problem({"h": 3.0, "phi": 0.7, "vs": -1.4, "vf": 0.3}, {"h": 2.0, "phi": 0.4, "vs": -0.9, "vf": -0.1},
                             t_end=0.5, name="riemann",
-                            description="Riemann test with the states we use (remembered, unconfirmed as those of the 2008 "
-                            "paper); rarefaction, shock, composite wave, shock")
+                            description="Riemann problem: rarefaction, shock, composite wave, shock (states from memory, "
+                            "not confirmed as those of the 2008 paper)")
 
 
 def dam_break_phi() -> Scene:
     """R2: a dam break with a jump of phi, from rest."""
     return _riemann_problem({"h": 3.0, "phi": 0.7, "vs": 0.0, "vf": 0.0}, {"h": 2.0, "phi": 0.4, "vs": 0.0, "vf": 0.0},
                             t_end=0.5, name="dam-break-phi",
-                            description="dam break from rest with different solid fractions (constructed here); phases "
+                            description="dam break from rest with different solid fractions; phases "
                             "separate behind the internal shock")
 
 
@@ -44,8 +44,8 @@ def phi_jump() -> Scene:
     """R3: a jump of phi alone, from rest, at constant depth."""
     return _riemann_problem({"h": 1.0, "phi": 0.7, "vs": 0.0, "vf": 0.0}, {"h": 1.0, "phi": 0.3, "vs": 0.0, "vf": 0.0},
                             t_end=1.0, name="phi-jump",
-                            description="constant depth, jump of the solid fraction, at rest (constructed here): pure internal "
-                            "driving, a single-phase code sees nothing")
+                            description="constant depth, jump of the solid fraction, at rest: driven by inner "
+                            "waves alone, nothing moves in a single-phase model")
 
 
 def dam_break() -> Scene:
@@ -76,7 +76,7 @@ def simple_wave() -> Scene:
         return one_velocity(exact.simple_wave(exact.hump(centre=4.0)).at(x, 0.0), 0.6)
 
     return Scene((0.0, 10.0), t_end=0.6, initial=initial, reference=reference, name="simple-wave",
-                 description="smooth right-going wave with uniform phi = 0.6 (constructed here): shows the order of a scheme")
+                 description="smooth right-going wave with uniform phi = 0.6: shows the order of a scheme")
 
 
 def rest() -> Scene:
@@ -108,4 +108,4 @@ def perturbed_rest(eps: float = 0.01) -> Scene:
     flow = ShapedFlow(surface=Steps([0.1, 0.2], [1.0, 1.0 + eps, 1.0]), phi=0.6, bottom=bottom)
     return Scene((-1.0, 1.0), t_end=0.7, initial=flow, bottom=bottom, g=1.0, name="perturbed-rest",
                  description=f"surface raised by {eps:g} m on 0.1 < x < 0.2 over a bump, g = 1, phi = 0.6 (LeVeque 1998; "
-                 "eps = 0.01 seen in a public test case, eps = 0.2 remembered); the answer equals the single-phase one")
+                 "eps = 0.01 seen in a public test case, eps = 0.2 from memory); the answer equals the single-phase one")

@@ -85,7 +85,7 @@ def perturbed_moving(eps: float = 1e-3) -> Scene:
         return {**at, "h": at["h"] + eps * ripple(x)}
 
     return Scene(slipping.interval, 1.0, flow, bottom=smooth_bump, name="perturbed-moving",
-                 description=f"wave of {eps:g} m on the steady flow of moving-slip (constructed here; the paper's tests of this "
+                 description=f"wave of {eps:g} m on the steady flow of moving-slip (the paper's tests of this "
                  "kind have other, unknown data)")
 
 

@@ -23,6 +23,7 @@ from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.curvature import Curvature
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
+from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.terrain import Terrain
 
 #: How the name of a scene file ends, and what commands say about their argument.
@@ -50,7 +51,7 @@ TOP = ("name", "description", "interval", "terrain", "release", "phi", "t_end", 
 PLAIN = ("interval", "t_end", "g", "gamma", "slope", "phi")
 
 #: Keys of [outputs] besides the times: those of `Watch`.
-WATCH = ("gauges", "lines", "threshold", "density", "least")
+WATCH = ("gauges", "lines", "path", "threshold", "density", "least")
 FLOW = {"h": "length", "surface": "length", "phi": "share", **dict.fromkeys((*velocities(1), *velocities(2)), "speed")}
 
 #: Keys of a table that takes a column of a CSV file.
@@ -127,7 +128,7 @@ def load_scene(path: str | Path) -> Scene:
                       description=description, times=_times(top), **given)
     if "outputs" in top.data:
         with top.inner("outputs").located():
-            scene = attrs.evolve(scene, watch=_watch(top))
+            scene = attrs.evolve(scene, watch=_watch(top, terrain))
     _check(top, scene)
     return scene
 
@@ -236,10 +237,16 @@ def _sources(top: Table, terrain: Terrain | None) -> tuple[Any, ...]:
     return found if terrain is None else found + hydrographs_of(top, terrain)
 
 
-def _watch(top: Table) -> Watch:
-    table = top.inner("outputs") if "outputs" in top.data else Table(top.path)
+def _watch(top: Table, terrain: Terrain | None) -> Watch:
+    table = top.inner("outputs")
+    given = {key: table.data[key] for key in WATCH if key in table.data}
+    if isinstance(given.get("path"), str):
+        if terrain is None:
+            raise table.error("`path` must be a list of points (x, y): a file needs a [terrain]", "path")
+        with table.located("path"):
+            given["path"] = read_path(table.path.parent / given["path"], terrain)
     with table.located():
-        return Watch(**{key: table.data[key] for key in WATCH if key in table.data})
+        return Watch(**given)
 
 
 def _times(top: Table) -> tuple[float, ...] | None:

@@ -5,8 +5,6 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
-from functools import reduce
-from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +59,9 @@ class Table:
         except TomlError:
             raise
         except (ValueError, TypeError, OSError, OverflowError) as error:
-            here = reduce(getitem, inside, self.data)  # type: ignore[arg-type]
+            here: Any = self.data
+            for key in inside:
+                here = here[key]
             named = [word for word in re.findall(r"`(\w+)", str(error)) if isinstance(here, dict) and word in here]
             raise self.error(str(error), *inside, *named[:1]) from None
 
@@ -145,5 +145,5 @@ def _not_toml(path: Path, message: str) -> str:
     found = re.search(r" \(at line (\d+), (column \d+)\)$", message)
     where, said = (f", line {found[1]}, {found[2]}", message[:found.start()]) if found else ("", message)
     inline = "key part" in said or "inline table" in said
-    hint = " (a table in braces stands on one line, without a comma at its end)" if inline else ""
+    hint = " (a table in braces must be on one line, without a comma at its end)" if inline else ""
     return f"{path}{where}: this is not TOML: {said}{hint}"
