@@ -190,7 +190,8 @@ class Stepper:
         """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step."""
         problem, march = self.problem, self._march
         steady = problem.steady_boundary and all(field.steady for field in problem.fields)
-        return np.inf if steady or march.max_cfl > 0.0 else march.t + (problem.t_end - problem.t_start) / IDLE
+        moves = march.max_cfl > 0.0 if march.steps else np.isfinite(march.dt)
+        return np.inf if steady or moves else march.t + (problem.t_end - problem.t_start) / IDLE
 
     @property
     def _resting(self) -> bool:
