@@ -177,7 +177,8 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
-        target = min(target, next((t for t in self._breaks if t > march.t), np.inf), self._next_look)
+        look = self._next_look if np.isfinite(target) else np.inf  # else the step has been asked for
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf), look)
         while max_steps > 1 and self._resting:
             self._take(target, 1)
             max_steps -= 1
