@@ -177,7 +177,8 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
-        target = min(target, next((t for t in self._breaks if t > march.t), np.inf), self._next_look)
+        look = self._next_look if np.isfinite(target) else np.inf  # else the step has been asked for
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf), look)
         while max_steps > 1 and self._resting:
             self._take(target, 1)
             max_steps -= 1
@@ -187,12 +188,11 @@ class Stepper:
 
     @property
     def _next_look(self) -> float:
-        """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step.
-
-        A field that names its kinks, where steps end, needs no look."""
+        """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step."""
         problem, march = self.problem, self._march
-        seen = problem.steady_boundary and all(field.steady or field.breaks() for field in problem.fields)
-        return np.inf if seen or march.max_cfl > 0.0 else march.t + (problem.t_end - problem.t_start) / IDLE
+        seen = problem.steady_boundary and all(field.steady or field.breaks() for field in problem.fields)  # steps end at breaks
+        moves = march.max_cfl > 0.0 if march.steps else np.isfinite(march.dt)
+        return np.inf if seen or moves else march.t + (problem.t_end - problem.t_start) / IDLE
 
     @property
     def _resting(self) -> bool:
