@@ -18,7 +18,7 @@ from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
-from fvkit.problem.turned import turned
+from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
@@ -358,8 +358,7 @@ class PlaneKernel(StepwiseKernel):
         aux = tuple(self._cells(self.given[0][:self._known], where))
         before = tuple(inside[row] for row in places)
         if plane:
-            after = turned(source, sweep.model, before, before, before,
-                           lambda _, state: source.step(self.parts.model, state, aux, dt), along_only=not source.between_phases)
+            after = stepped(source, sweep.model, before, lambda state: source.step(self.parts.model, state, aux, dt))
         else:
             after = source.step(self.parts.model, before, aux, dt)
         for k, row in enumerate(map(places.index, self.mass_rows)):
