@@ -83,13 +83,13 @@ class Contents:
 def contents() -> Contents:
     """Return what the cache holds now."""
     files = [path for path in folder().rglob("*") if path.is_file()] if folder().is_dir() else []
-    return Contents(folder(), sum(path.suffix == ".py" for path in files), sum(path.stat().st_size for path in files))
+    return Contents(folder(), sum(path.match("kernel_*.py") for path in files), sum(path.stat().st_size for path in files))
 
 
 def clear() -> Contents:
     """Remove every compiled kernel; return what there was."""
     found = contents()
-    for path in folder().glob("kernel_*.py") if folder().is_dir() else ():
+    for path in (*folder().glob("kernel_*.py"), *folder().glob("loop_*.py")) if folder().is_dir() else ():
         path.unlink(missing_ok=True)
     shutil.rmtree(folder() / "__pycache__", ignore_errors=True)
     return found

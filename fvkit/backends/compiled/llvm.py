@@ -16,6 +16,7 @@ from typing import Any
 
 import attrs
 
+from fvkit.backends.compiled.calls import intrinsic
 from fvkit.pointwise.tracing import KEEPS_NAN, Expr, needed
 
 _ARITHMETIC = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
@@ -57,14 +58,9 @@ class Block:
         """The function for numba; it is compiled where it is called."""
         from numba import float64, int64
         from numba.core import types
-        from numba.extending import intrinsic
 
         kinds = [int64 if is_condition(item) else float64 for item in self.outputs]
-        signature = types.Tuple(kinds)(*[float64] * len(self.inputs))
-        space = {"answer": (signature, self._code)}
-        arguments = ", ".join(f"a{k}" for k in range(len(self.inputs)))
-        exec(f"def {self.name}(typing_context, {arguments}):\n    return answer", space)
-        return intrinsic(space[self.name])
+        return intrinsic(self.name, len(self.inputs), types.Tuple(kinds)(*[float64] * len(self.inputs)), self._code)
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         # llvmlite refuses names of attributes that it does not know. Where a function is inlined its attribute is lost, so that
@@ -94,13 +90,12 @@ class LaneCopy:
 
     def compiled(self) -> Any:
         """The function for numba; it is compiled where it is called."""
-        from numba import types
-        from numba.extending import intrinsic
+        from numba import extending, types
 
         def copying(typing_context: Any, dst: Any, at: Any, src: Any, first: Any) -> Any:
             return types.void(dst, types.int64, src, types.int64), self._code
 
-        return intrinsic(copying)
+        return extending.intrinsic(copying)
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         from llvmlite import ir

@@ -13,11 +13,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from fvkit.backends.compiled import disk_cache, llvm
-from fvkit.backends.compiled.generator import Source, generate
-from fvkit.backends.compiled.llvm import Block
+from fvkit.backends.compiled import calls, disk_cache, llvm
+from fvkit.backends.compiled.calls import Call, address
+from fvkit.backends.compiled.generator import generate
 from fvkit.backends.compiled.loops import SPARE, TILE, aligned
-from fvkit.backends.compiled.time_loop import driver, staged_driver
+from fvkit.backends.compiled.time_loop import ADDRESSES, driver, staged_driver
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
 from fvkit.backends.runge_kutta import STATE, TRANSPORT, Program, program
@@ -26,13 +26,6 @@ from fvkit.schemes.scheme import Parts, Scheme
 
 #: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` says what is contracted.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-
-#: The functions that a module may have, callees first.
-FUNCTIONS = ("tile", "source_tile", "pull_tile", "ghosts", "extend", "opening", "finish", "add_up", "tiles", "advance", "sweep",
-             "pull")
-
-#: Those that are called from outside.
-CALLED = ("advance", "ghosts", "tiles", "sweep", "pull")
 
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0
@@ -86,7 +79,13 @@ class NumbaKernel(Kernel):
         super().__init__(problem, scheme, parts)
         source = generate(problem, scheme, parts, self.plan, self.source_plan, self._varies())
         started = time.perf_counter()
-        self.module = module_of(self.text(source), source.blocks, signatures)
+        import numba
+
+        kinds, arguments = signatures(numba)
+        self.module = module_of("kernel", source.text, source.blocks, {name: kind for name, kind in kinds.items()
+                                                                       if f"def {name}(" in source.text})
+        self.at = np.array([address(getattr(self.module, name, self.module.tile)) for name in ADDRESSES])
+        self.loop = self._loop(kinds, arguments)
         self.compile_seconds = time.perf_counter() - started
         self._rows = source.rows
         self._prepare(problem, parts)
@@ -150,15 +149,16 @@ class NumbaKernel(Kernel):
 
     def _advance(self, march: March, target: float, max_steps: int, retries: int, values: np.ndarray) -> Outcome:
         scheme, splitting = self.scheme, self.scheme.splitting
-        outcome = self.module.advance(
-            march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps, retries,
-            *march.bounds, scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost, *self.registers(),
-            self.parameters, values, *self._scratch[:4], march.masses, march.real, march.count, self._scratch[4])
+        outcome = self.loop.advance(
+            self.at, march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps,
+            retries, *march.bounds, scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost,
+            *self.registers(), self.parameters, values, *self._scratch[:4], march.masses, march.real, march.count,
+            self._scratch[4])
         return Outcome(outcome)
 
-    def text(self, source: Source) -> str:
-        """The whole module: constants, the kernel's own functions, the time loop."""
-        return module_text({}, self.plan.halo, source.text, driver())
+    def _loop(self, kinds: dict[str, Any], arguments: Any) -> Any:
+        """The time loop, the same for all kernels."""
+        return loop_of(driver(), {}, kinds, arguments())
 
 
 class StagedNumbaKernel(NumbaKernel):
@@ -182,10 +182,8 @@ class StagedNumbaKernel(NumbaKernel):
     def registers(self) -> tuple[Any, ...]:
         return (*self._registers, self._program.last)
 
-    def text(self, source: Source) -> str:
-        constants = {"GHOSTS": self.plan.halo, "STATE": STATE, "TRANSPORT": TRANSPORT}
-        name = "tile" if self.source_plan is None else "source_tile"
-        return module_text(constants, self.plan.halo, source.text, staged_driver(name))
+    def _loop(self, kinds: dict[str, Any], arguments: Any) -> Any:
+        return loop_of(staged_driver(), {"STATE": STATE, "TRANSPORT": TRANSPORT}, kinds, arguments(staged=True))
 
 
 def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
@@ -203,11 +201,13 @@ def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
     return sweeps, weights
 
 
-def module_text(own_constants: dict[str, int], halo: int, own: str, loop: str) -> str:
-    constants = {"TILE": TILE, "EXTRA": 2 * halo, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
+def loop_of(text: str, own_constants: dict[str, int], kinds: dict[str, Any], arguments: Any) -> Any:
+    """Return the compiled module of a time loop."""
+    constants = {"TILE": TILE, "SPARE": SPARE, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
                  **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
-    return f"from math import ceil, inf\n\n{lines}\n\n\n{own}\n{loop}"
+    calls = tuple(Call(name, kind) for name, kind in kinds.items())
+    return module_of("loop", f"from math import ceil, inf\n\n{lines}\n\n{text}", calls, {"advance": arguments})
 
 
 #: Modules of this process, by the name that their content gives them; one thread at a time makes one.
@@ -215,23 +215,23 @@ _loaded: dict[str, Any] = {}
 _making = threading.Lock()
 
 
-def module_of(text: str, blocks: tuple[Block, ...], entries: Callable[[Any, Any], dict[str, Any]]) -> Any:
+def module_of(prefix: str, text: str, blocks: tuple[Any, ...], entries: dict[str, Any]) -> Any:
     """Return the compiled module of a text and its blocks, from memory, disk or the compiler.
 
-    ``entries`` returns, from the module and numba, the types of the arguments of each function that is compiled at once.
+    ``entries`` are the types of each function that is compiled at once.
     """
     import numba
 
-    compiler = Path(llvm.__file__).read_text(encoding="utf-8")
-    name = "kernel_" + disk_cache.key(text, compiler, repr(sorted(map(str, OPTIONS.items()))), numba.__version__, np.__version__,
-                                 sys.version)
+    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (llvm, calls)]
+    content = (text, *[block.text() for block in blocks], *compiler, repr(sorted(map(str, OPTIONS.items()))))
+    name = f"{prefix}_{disk_cache.key(*content, numba.__version__, np.__version__, sys.version)}"
     with _making:
         if name not in _loaded:
             _loaded[name] = _made(name, text, blocks, numba, entries)
     return _loaded[name]
 
 
-def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any, entries: Callable[[Any, Any], dict[str, Any]]) -> Any:
+def _made(name: str, text: str, blocks: tuple[Any, ...], numba: Any, entries: dict[str, Any]) -> Any:
     """Make a module."""
     path, lasting = disk_cache.place(name, text)
     module = types.ModuleType(f"fvkit_{name}")
@@ -244,20 +244,27 @@ def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any, entries: 
     timer.daemon = True
     timer.start()
     try:
-        _compile(module, numba, lasting, entries(module, numba))
+        _compile(module, numba, lasting, entries)
     finally:
         timer.cancel()
     return module
 
 
-def signatures(module: Any, numba: Any) -> dict[str, Any]:
-    """Return the types of the arguments of ``advance``."""
+def signatures(numba: Any) -> tuple[dict[str, Any], Callable[..., Any]]:
+    """Return the types of the functions of a kernel, and what gives those of the arguments of ``advance``."""
     real, whole = numba.float64, numba.int64
     rows, row, counts = real[:, ::1], real[::1], whole[::1]
-    registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if "add_up" in module.__dict__ else ()
-    signature = (rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
-                 row, rows, row, row, rows, rows, rows, row, counts, counts)
-    return {"advance": signature}
+    tile = whole(rows, rows, rows, rows, *(4 * [whole]), real, real, real, row, rows, row, row, rows, counts)
+    end = whole(rows, rows, whole, whole, real, real, row, rows)
+    kinds = {"tile": tile, "source_tile": tile, "ghosts": numba.void(rows, rows, whole, real, row, rows),
+             "extend": numba.void(rows, whole), "opening": end, "finish": end}
+
+    def arguments(staged: bool = False) -> tuple[Any, ...]:
+        registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if staged else ()
+        return (counts, rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
+                row, rows, row, row, rows, rows, rows, row, counts, counts)
+
+    return kinds, arguments
 
 
 def _compile(module: Any, numba: Any, lasting: bool, entries: dict[str, Any]) -> None:
@@ -282,11 +289,12 @@ def _compile(module: Any, numba: Any, lasting: bool, entries: dict[str, Any]) ->
 
 
 def _decorate(module: Any, numba: Any, lasting: bool) -> None:
-    """Let numba take the functions of a module, and keep on disk those that are called from outside."""
-    space = module.__dict__
-    for name in [name for name in FUNCTIONS if name in space]:
-        keep = lasting and name in CALLED
-        space[name] = numba.njit(cache=keep, **OPTIONS)(getattr(space[name], "py_func", space[name]))
+    """Let numba take the functions of a module, and keep them on disk. What is called by address has no wrapper for Python."""
+    space, direct = module.__dict__, Path(module.__file__).name.startswith("kernel")
+    for name, item in list(space.items()):
+        function = getattr(item, "py_func", item)
+        if getattr(function, "__module__", None) == module.__name__ and isinstance(function, types.FunctionType):
+            space[name] = numba.njit(cache=lasting, no_cfunc_wrapper=True, no_cpython_wrapper=direct, **OPTIONS)(function)
 
 
 def _announce(path: Path) -> None:

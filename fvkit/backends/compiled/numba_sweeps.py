@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fvkit.backends.compiled.active_blocks import ActiveBlocks
+from fvkit.backends.compiled.calls import Call, address
 from fvkit.backends.compiled.loops import aligned
-from fvkit.backends.compiled.numba_kernel import module_of, module_text
-from fvkit.backends.compiled.sweep_tiles import LANES, LENGTH, generate_sweep, signature
+from fvkit.backends.compiled.numba_kernel import module_of
+from fvkit.backends.compiled.sweep_tiles import DRIVER, LANES, LENGTH, generate_sweep, signatures
 from fvkit.backends.python_loop import Lost
 from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
 from fvkit.problem.problem import Problem
@@ -27,9 +28,13 @@ class NumbaSweep(Sweep):
         varies = [bool(row.any()) or k >= len(self.problem.model.aux) for k, row in enumerate(given)]
         source = generate_sweep(self.direction, self.scheme, self.parts, self.plan, self.pulling, varies)
         started = time.perf_counter()
-        names = ("sweep", "pull")[:1 if self.pulling is None else 2]
-        self._module = module_of(module_text({}, self.halo, source.text, ""), source.blocks,
-                                 lambda _, numba: {name: signature(numba) for name in names})
+        import numba
+
+        tile, whole = signatures(numba)
+        names = ("tile", "pull_tile")[:1 if self.pulling is None else 2]
+        kernel = module_of("kernel", source.text, source.blocks, dict.fromkeys(names, tile))
+        self._tiles = [address(getattr(kernel, name)) for name in names]
+        self._loop = module_of("loop", DRIVER, (Call("tile", tile),), {"sweep": whole}).sweep
         self.compile_seconds = time.perf_counter() - started
         self._parameters = np.array([value for part in self.parts.every for value in part.parameters()] + [self.parts.dx])
         lines = self.problem.grid.size // self.axis.num_cells
@@ -52,13 +57,13 @@ class NumbaSweep(Sweep):
             self._version = self.blocks.version
         return self._jobs
 
-    def _call(self, function: Any, q: np.ndarray, out: np.ndarray, aux: np.ndarray, other: np.ndarray, last: bool,
+    def _call(self, tile: int, q: np.ndarray, out: np.ndarray, aux: np.ndarray, other: np.ndarray, last: bool,
               ratio: float) -> list[Any]:
         """Run the jobs, each thread its share of them."""
         def share(jobs: np.ndarray, scratch: tuple[np.ndarray, ...]) -> Any:
             buffer, speeds, through, found = scratch
-            return function(jobs, q, out, aux, other, self.axis.num_cells, int(last), ratio, self._parameters, self._gates,
-                            self._gated, buffer, speeds, through, found)
+            return self._loop(tile, jobs, q, out, aux, other, self.axis.num_cells, int(last), ratio, self._parameters,
+                              self._gates, self._gated, buffer, speeds, through, found)
 
         count, every = len(self._scratch), self.jobs()
         cuts = [len(every) * k // count for k in range(count + 1)]
@@ -75,7 +80,7 @@ class NumbaSweep(Sweep):
             self.blocks.touch(self.number, side, self._gates[side].any(axis=0))
         for row in self.direction.still:
             out[row] = q[row]
-        reports = self._call(self._module.sweep, q, out, aux, other, last, dt / self.axis.dx)
+        reports = self._call(self._tiles[0], q, out, aux, other, last, dt / self.axis.dx)
         flux = np.zeros((2, max(1, len(self.model.mass_rows())))) if self.periodic or not self.model.mass_rows() else \
             self._gates.sum(axis=2)
         found = [scratch[3] for scratch in self._scratch]
@@ -85,7 +90,7 @@ class NumbaSweep(Sweep):
         return Report(float(np.max(speeds)), flux, lost, min(firsts, default=-1), any(bad for _, bad in reports))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
-        self._call(self._module.pull, q, out, aux, aux, False, 0.0)
+        self._call(self._tiles[1], q, out, aux, aux, False, 0.0)
 
 
 class NumbaPlaneKernel(PlaneKernel):

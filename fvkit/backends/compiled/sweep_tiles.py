@@ -159,8 +159,9 @@ class SweepGenerator(Generator):
 
 
 #: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.
-_DRIVER = '''
-def {name}(jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx, through, found):
+#: ``tile`` is called by its address ``at``, the same loop for all.
+DRIVER = '''
+def sweep(at, jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx, through, found):
     wide()
     found[:] = 0
     found[1] = -1
@@ -169,8 +170,8 @@ def {name}(jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx
     bad = 0
     for k in range(jobs.shape[0]):
         closing = 1 if jobs[k, 2] + jobs[k, 3] == n else 0
-        bad = bad | {tile}(q, out, aux, other, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par,
-                       gates, gated, buf, smx, through, found)
+        bad = bad | tile(at, q, out, aux, other, jobs[k, 0], jobs[k, 1], n, jobs[k, 2], jobs[k, 3], closing, last, ratio, par,
+                         gates, gated, buf, smx, through, found)
     speed = 0.0
     for j in range(smx.shape[0]):
         speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
@@ -181,22 +182,23 @@ def {name}(jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx
 
 def generate_sweep(direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, pulling: Plan | None,
                    varies: list[bool]) -> Source:
-    """Return the text of ``sweep`` along an axis, and of ``pull`` where sources act across it."""
+    """Return the text of ``tile`` of a sweep along an axis, and of ``pull_tile`` where sources act across it."""
     text: list[str] = []
     blocks: tuple[Any, ...] = ()
     rows = 0
-    for name, prefix, stages in (("sweep", "", plan), ("pull", "pull_", pulling)):
+    for prefix, stages in (("", plan), ("pull_", pulling)):
         if stages is None:
             continue
         made = SweepGenerator(direction, scheme, parts, stages, varies, prefix)
-        text += ["", "", *located(made.tile), _DRIVER.format(name=name, tile=f"{prefix}tile")]
+        text += ["", "", *located(made.tile)]
         blocks, rows = (*blocks, *made.blocks), max(rows, made.rows)
     blocks = (COPY, *blocks)
     return Source("\n".join([*(one.text() for one in blocks), *text]), blocks, rows)
 
 
-def signature(numba: Any) -> Any:
-    """Return the types of the arguments of ``sweep`` and ``pull``."""
+def signatures(numba: Any) -> tuple[Any, Any]:
+    """Return the types of ``tile`` and of the arguments of ``sweep``."""
     real, whole = numba.float64, numba.int64
     cube, rows, row = real[:, :, ::1], real[:, ::1], real[::1]
-    return (whole[:, ::1], cube, cube, cube, cube, whole, whole, real, row, cube, whole[:, ::1], row, row, rows, whole[::1])
+    cells, common = 4 * (cube,), (whole, real, row, cube, whole[:, ::1], row, row, rows, whole[::1])
+    return whole(*cells, *(6 * [whole]), *common), (whole, whole[:, ::1], *cells, whole, *common)

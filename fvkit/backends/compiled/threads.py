@@ -46,10 +46,10 @@ class ThreadedKernel(StepwiseKernel):
         if not self.steady_fields:
             self.set_fields(march.t + 0.5 * dt)
         values = kernel.boundary_values(*kernel.times(march.t, dt))
-        kernel.module.ghosts(march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
+        kernel.loop.fill(kernel.at, march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
         common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
                   splitting.after * dt, kernel.parameters, values)
-        work = [self._pool.submit(partial(kernel.module.tiles, begin, end, *common, *scratch))
+        work = [self._pool.submit(partial(kernel.loop.tiles, kernel.at, begin, end, *common, *scratch))
                 for begin, end, scratch in self._shares]
         reports = [item.result() for item in work]
         speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)

@@ -2,32 +2,47 @@
 
 from textwrap import indent
 
-#: All tiles from ``begin`` to ``end``: leaves the largest speed, NaN if any is, in ``speed``, whether a state is bad in ``bad``.
-_STEP = '''\
-found[:] = 0
-found[1] = -1
-lanes = min(n, TILE) + EXTRA
-for j in range(lanes):
-    smx[j] = 0.0
-bad = 0
-ends[2, :] = 0.0
-for k in range(begin, end):
-    c0 = k * TILE
-    nt = min(TILE, n - c0)
-    closing = 1 if c0 + nt == n else 0
-    bad = bad | tile(q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
-    if k == 0:
-        flux[0, :] = ends[0, :]
-flux[1:, :] = ends[1:, :]
-while lanes > 8:
-    half = (lanes + 1) // 2
-    for j in range(lanes - half):
-        other = smx[half + j]
-        smx[j] = other if other > smx[j] or other != other else smx[j]
-    lanes = half
-speed = 0.0
-for j in range(lanes):
-    speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
+#: Functions of a kernel whose addresses a loop is given, in this order; the last four those of staged schemes.
+ADDRESSES = ("tile", "ghosts", "opening", "finish", "extend", "source_tile")
+
+#: All tiles from ``begin`` to ``end``: returns the largest speed, NaN if any is, and whether a state is bad. Kernels are called
+#: by their addresses ``at``, see `ADDRESSES`.
+_TILES = '''
+def tiles(at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
+    wide()
+    found[:] = 0
+    found[1] = -1
+    lanes = min(n, TILE) + SPARE
+    for j in range(lanes):
+        smx[j] = 0.0
+    bad = 0
+    ends[2, :] = 0.0
+    for k in range(begin, end):
+        c0 = k * TILE
+        nt = min(TILE, n - c0)
+        closing = 1 if c0 + nt == n else 0
+        bad = bad | tile(at[0], q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
+        for m in range(flux.shape[1] if k == 0 else 0):  # an array into a slice would make numba compile its message of errors
+            flux[0, m] = ends[0, m]
+    for m in range(flux.shape[1]):
+        flux[1, m] = ends[1, m]
+        flux[2, m] = ends[2, m]
+    while lanes > 8:
+        half = (lanes + 1) // 2
+        for j in range(lanes - half):
+            other = smx[half + j]
+            smx[j] = other if other > smx[j] or other != other else smx[j]
+        lanes = half
+    speed = 0.0
+    for j in range(lanes):
+        speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
+    return speed, bad
+'''
+
+_FILL = '''
+
+def fill(at, q, aux, n, before, par, values):
+    ghosts(at[1], q, aux, n, before, par, values)
 '''
 
 #: Steps up to a time, before and after the text of one step.
@@ -36,6 +51,7 @@ _BEGIN = '''\
     t = real[0]
     dt = real[1]
     outcome = PAUSED
+    halo = (q.shape[1] - n) // 2
     taken = 0
     begin = 0
     end = (n + TILE - 1) // TILE
@@ -102,16 +118,17 @@ _END = '''\
 '''
 
 #: Ghost cells before a step, and the share of the step that sources take after it.
-_GHOSTS = '''\
-ghosts(q, aux, n, before, par, values)
+_STEP = '''\
+ghosts(at[1], q, aux, n, before, par, values)
 after = share_after * h
+speed, bad = tiles(at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found)
 '''
 
 #: The same for a scheme with a time integrator: a program of sweeps and sums over registers. A row of ``sweeps`` holds:
 #: implicit, state, rate, target (-1: none), number of terms, then register and kind of each; of ``weights``: share, weight of
 #: the end fluxes, then that of each term.
 _STAGED = '''\
-lanes = min(n, TILE) + EXTRA
+lanes = min(n, TILE) + SPARE
 for j in range(lanes):
     smx[j] = 0.0
 bad = 0
@@ -121,20 +138,20 @@ first = -1
 films = 0
 deepest = 0
 for row in range(q.shape[0]):
-    for j in range(GHOSTS, GHOSTS + n):
+    for j in range(halo, halo + n):
         regs[0, row, j] = q[row, j]
 if before > 0.0:
     for k in range(end):
         c0 = k * TILE
-        opening(regs[0], aux, c0, min(TILE, n - c0), before, after, par, flux)
+        opening(at[2], regs[0], aux, c0, min(TILE, n - c0), before, after, par, flux)
 for s in range(sweeps.shape[0]):
     state = regs[sweeps[s, 1]]
     rate = regs[sweeps[s, 2]]
     into = sweeps[s, 3]
     given = values[2 * s:2 * s + 2]
-    ghosts(state, aux, n, before, par, given)
+    ghosts(at[1], state, aux, n, before, par, given)
     if sweeps[s, 0] == 1:
-        extend(state, n)
+        extend(at[4], state, n)
     found[:] = 0
     found[1] = -1
     for k in range(end):
@@ -142,16 +159,16 @@ for s in range(sweeps.shape[0]):
         nt = min(TILE, n - c0)
         closing = 1 if c0 + nt == n else 0
         if sweeps[s, 0] == 1:
-            SOURCES(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, given, buf, smx, ends,
-                    found)
+            tile(at[5], state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, given, buf, smx,
+                 ends, found)
         else:
-            tile(state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, given, buf, smx, ends,
-                 found)
+            tile(at[0], state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, given, buf, smx,
+                 ends, found)
             if k == 0:
                 for m in range(flux.shape[1]):
                     flux[0, m] += weights[s, 1] * ends[0, m]
         if into >= 0:
-            add_up(regs, sweeps[s], weights[s], c0 + GHOSTS, nt, ratio, h)
+            add_up(regs, sweeps[s], weights[s], c0 + halo, nt, ratio, h)
     if sweeps[s, 0] == 0:
         for m in range(flux.shape[1]):
             flux[1, m] += weights[s, 1] * ends[1, m]
@@ -170,9 +187,9 @@ for j in range(lanes):
 state = regs[last_register]
 for k in range(end):
     c0 = k * TILE
-    bad = bad | finish(state, aux, c0, min(TILE, n - c0), before, after, par, flux)
+    bad = bad | finish(at[3], state, aux, c0, min(TILE, n - c0), before, after, par, flux)
 for row in range(out.shape[0]):
-    for j in range(GHOSTS, GHOSTS + n):
+    for j in range(halo, halo + n):
         out[row, j] = state[row, j]
 '''
 
@@ -191,28 +208,22 @@ def add_up(regs, sweep, weights, first, nt, ratio, h):
             else:
                 for j in range(nt):
                     dst[j] += factor * src[j]
-
-
 '''
+
 
 def _advance(step: str, registers: str = "") -> str:
     """Return the text of ``advance``; ``registers`` are arguments of a staged step."""
-    arguments = ("q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, "
+    arguments = ("at, q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, "
                  f"share_after,\n            stop_when_lost, {registers}"
                  "par, values, buf, smx, ends, flux, masses, real, count, found")
-    return f"def advance({arguments}):\n{_BEGIN}{indent(step, 12 * ' ')}{_END}"
+    return f"\n\ndef advance({arguments}):\n{_BEGIN}{indent(step, 12 * ' ')}{_END}"
 
 
 def driver() -> str:
-    """Return ``tiles`` for threads, each its share, and ``advance`` for one, with the same step written out: a call in between
-    would cost the compiler a second round over everything."""
-    arguments = "begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found"
-    tiles = f"def tiles({arguments}):\n    wide()\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
-    return f"\n{tiles}\n\n{_advance(_GHOSTS + _STEP)}"
+    """Return ``tiles`` for threads, each its share, ``fill``, which fills ghost cells before, and ``advance`` for one."""
+    return _TILES + _FILL + _advance(_STEP)
 
 
-def staged_driver(sources: str) -> str:
-    """Return the driver of staged schemes, whose ghosts are filled sweep by sweep; ``sources`` is the name of the function for
-    sweeps of implicit sources."""
-    step = "after = share_after * h\n" + _STAGED.replace("SOURCES(", f"{sources}(")
-    return _ADD_UP + _advance(step, "regs, sweeps, weights, last_register, ")
+def staged_driver() -> str:
+    """Return the driver of staged schemes, whose ghosts are filled sweep by sweep."""
+    return _ADD_UP + _advance("after = share_after * h\n" + _STAGED, "regs, sweeps, weights, last_register, ")
