@@ -5,42 +5,39 @@ from textwrap import indent
 #: Functions of a kernel whose addresses a loop is given, in this order; the last four those of staged schemes.
 ADDRESSES = ("tile", "ghosts", "opening", "finish", "extend", "source_tile")
 
-#: All tiles from ``begin`` to ``end``: returns the largest speed, NaN if any is, and whether a state is bad. Kernels are called
-#: by their addresses ``at``, see `ADDRESSES`.
-_TILES = '''
-def tiles(at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found):
-    wide()
-    found[:] = 0
-    found[1] = -1
-    lanes = min(n, TILE) + SPARE
-    for j in range(lanes):
-        smx[j] = 0.0
-    bad = 0
-    ends[2, :] = 0.0
-    for k in range(begin, end):
-        c0 = k * TILE
-        nt = min(TILE, n - c0)
-        closing = 1 if c0 + nt == n else 0
-        bad = bad | tile(at[0], q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
-        for m in range(flux.shape[1] if k == 0 else 0):  # an array into a slice would make numba compile its message of errors
-            flux[0, m] = ends[0, m]
-    for m in range(flux.shape[1]):
-        flux[1, m] = ends[1, m]
-        flux[2, m] = ends[2, m]
-    while lanes > 8:
-        half = (lanes + 1) // 2
-        for j in range(lanes - half):
-            other = smx[half + j]
-            smx[j] = other if other > smx[j] or other != other else smx[j]
-        lanes = half
-    speed = 0.0
-    for j in range(lanes):
-        speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
-    return speed, bad
+#: All tiles from ``begin`` to ``end``: leaves the largest speed, NaN if any is, in ``speed``, whether a state is bad in ``bad``.
+#: Kernels are called by their addresses ``at``, see `ADDRESSES`.
+_STEP = '''\
+found[:] = 0
+found[1] = -1
+lanes = min(n, TILE) + SPARE
+for j in range(lanes):
+    smx[j] = 0.0
+bad = 0
+ends[2, :] = 0.0
+for k in range(begin, end):
+    c0 = k * TILE
+    nt = min(TILE, n - c0)
+    closing = 1 if c0 + nt == n else 0
+    bad = bad | tile(at[0], q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
+    for m in range(flux.shape[1] if k == 0 else 0):  # an array into a slice would make numba compile its message of errors
+        flux[0, m] = ends[0, m]
+for m in range(flux.shape[1]):
+    flux[1, m] = ends[1, m]
+    flux[2, m] = ends[2, m]
+while lanes > 8:
+    half = (lanes + 1) // 2
+    for j in range(lanes - half):
+        other = smx[half + j]
+        smx[j] = other if other > smx[j] or other != other else smx[j]
+    lanes = half
+speed = 0.0
+for j in range(lanes):
+    speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
 '''
 
+#: Ghost cells for threads, which step in a loop of Python.
 _FILL = '''
-
 def fill(at, q, aux, n, before, par, values):
     ghosts(at[1], q, aux, n, before, par, values)
 '''
@@ -118,10 +115,9 @@ _END = '''\
 '''
 
 #: Ghost cells before a step, and the share of the step that sources take after it.
-_STEP = '''\
+_GHOSTS = '''\
 ghosts(at[1], q, aux, n, before, par, values)
 after = share_after * h
-speed, bad = tiles(at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found)
 '''
 
 #: The same for a scheme with a time integrator: a program of sweeps and sums over registers. A row of ``sweeps`` holds:
@@ -220,8 +216,10 @@ def _advance(step: str, registers: str = "") -> str:
 
 
 def driver() -> str:
-    """Return ``tiles`` for threads, each its share, ``fill``, which fills ghost cells before, and ``advance`` for one."""
-    return _TILES + _FILL + _advance(_STEP)
+    """Return ``tiles`` for threads, each its share, with ``fill`` before, and ``advance`` for one, with the same step written out."""
+    arguments = "at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found"
+    tiles = f"def tiles({arguments}):\n    wide()\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
+    return f"{tiles}\n{_FILL}{_advance(_GHOSTS + _STEP)}"
 
 
 def staged_driver() -> str:
