@@ -67,8 +67,8 @@ def test_the_loops_are_vectorised(model, tmp_path, monkeypatch):
     scheme = fv.WavePropagation(fv.Roe(), entropy_fix=False)
     content = text(scheme, model, b=0.0, boundary=fv.Wall())
     module = NumbaKernel(problem, scheme, scheme.parts(model, ())).module
-    code = "\n".join(module.advance.inspect_asm().values()) or "\n".join(
-        str(item) for item in module.advance.inspect_asm(module.advance.signatures[0]))
+    code = "\n".join(module.tile.inspect_asm().values()) or "\n".join(
+        str(item) for item in module.tile.inspect_asm(module.tile.signatures[0]))
     if not code.strip():
         pytest.skip("assembly is not kept with a kernel from the cache")
     wide = len(re.findall(r"vdivpd\s.*[yz]mm", code))

@@ -82,7 +82,7 @@ from fvkit.backends import NumbaKernel
 
 model, scheme = gr.ShallowWater(), fv.WavePropagation(fv.Roe())
 problem = fv.Problem(model, fv.Grid(0.0, 1.0, 20), np.ones((2, 20)), 1.0, boundary=fv.Wall())
-made = NumbaKernel(problem, scheme, scheme.parts(model, ())).module.advance
+made = NumbaKernel(problem, scheme, scheme.parts(model, ())).module.tile
 code = "\\n".join(made.inspect_asm().values())
 print(*[len(re.findall(rf"v(?:div|sqrt)pd\\s.*{name}", code)) for name in ("xmm", "ymm", "zmm")])
 if OTHER:

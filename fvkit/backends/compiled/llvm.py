@@ -37,8 +37,12 @@ class Block:
     name : name of the function.
     inputs : leaves, loads or uniform values, in the order of the arguments.
     nodes : what is computed, in order.
-    outputs : nodes or numbers that are returned, as a tuple; conditions as integers 0 or 1.
+    outputs : nodes or numbers that are computed; those that ``stores`` does not hold are returned, as a tuple; conditions as
+        integers 0 or 1.
     fused : {sum or difference: product that it contracts}, by index.
+    loads : {input: entry of scratch, counted from j, where it stands}, by index.
+    stores : entry of scratch, counted from j, and output that is written there.
+    returned : outputs that are returned besides.
     """
 
     name: str
@@ -46,31 +50,52 @@ class Block:
     nodes: tuple[Expr, ...]
     outputs: tuple[Any, ...]
     fused: dict[int, int]
+    loads: dict[int, int] = attrs.field(factory=dict)
+    stores: tuple[tuple[int, Expr], ...] = ()
+    returned: tuple[Any, ...] = attrs.field(default=attrs.Factory(lambda self: self.outputs, takes_self=True))
 
     def text(self) -> str:
         """The content of the block, for the key of the cache."""
         lines = [f"# {self.name}({', '.join(_label(item) for item in self.inputs)})"]
         lines += [f"#   {_label(node)} = {node.operation} {' '.join(_label(item) for item in node.arguments)}"
                   + (f" (%{self.fused[node.index]} in one)" if node.index in self.fused else "") for node in self.nodes]
-        return "\n".join([*lines, f"#   return {' '.join(_label(item) for item in self.outputs)}"])
+        lines += [f"#   %{index} stands at {place} + j" for index, place in self.loads.items()]
+        lines += [f"#   {place} + j becomes {_label(item)}" for place, item in self.stores]
+        return "\n".join([*lines, f"#   return {' '.join(_label(item) for item in self.returned)}"])
 
     def compiled(self) -> Any:
         """The function for numba; it is compiled where it is called."""
         from numba import float64, int64
         from numba.core import types
 
-        kinds = [int64 if is_condition(item) else float64 for item in self.outputs]
-        return intrinsic(self.name, len(self.inputs), types.Tuple(kinds)(*[float64] * len(self.inputs)), self._code)
+        kinds = [int64 if is_condition(item) else float64 for item in self.returned]
+        arguments = [float64[::1], int64][:2 * self.in_scratch] + [float64] * (len(self.inputs) - len(self.loads))
+        return intrinsic(self.name, len(arguments), types.Tuple(kinds)(*arguments), self._code)
+
+    @property
+    def in_scratch(self) -> bool:
+        """Whether the function takes the scratch and j before its other arguments."""
+        return bool(self.loads or self.stores)
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         # llvmlite refuses names of attributes that it does not know. Where a function is inlined its attribute is lost, so that
         # every function with loops needs a block of its own, if only `wide`.
         set.add(builder.function.attributes, WIDEST)
-        values = {node.index: value for node, value in zip(self.inputs, arguments, strict=True)}
+        given = iter(arguments)
+        scratch = context.make_array(signature.args[0])(context, builder, next(given)).data if self.in_scratch else None
+        first = next(given) if self.in_scratch else None
+
+        def entry(place: int) -> Any:
+            return builder.gep(scratch, [builder.add(first, context.get_constant(signature.args[1], place))])
+
+        values = {node.index: builder.load(entry(self.loads[node.index])) if node.index in self.loads else next(given)
+                  for node in self.inputs}
         emitter = _Emitter(context, builder, values, self.fused if has_fma() else {})
         for node in self.nodes:
             values[node.index] = emitter.node(node)
-        results = [emitter.widened(item) for item in self.outputs]
+        for place, item in self.stores:
+            builder.store(emitter.argument(item), entry(place))
+        results = [emitter.widened(item) for item in self.returned]
         return context.make_tuple(builder, signature.return_type, results)
 
 

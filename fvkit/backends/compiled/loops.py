@@ -4,8 +4,10 @@ A tile of cells stands in one scratch buffer, every field a row at a fixed offse
 constants, nothing is indexed from below: each of these was measured to matter by a factor.
 """
 
+import re
 from typing import Any, NamedTuple
 
+import attrs
 import numpy as np
 
 from fvkit.backends.compiled.llvm import Block, block, is_condition
@@ -36,6 +38,12 @@ class Row(NamedTuple):
     def at(self, place: int) -> str:
         """Text of the entry of loop variable j that stands for place j + ``place``."""
         return f"buf[{self.start + (place - self.low) * self.pitch} + j]"
+
+
+def entry_of(text: str) -> int | None:
+    """Return the number of the entry, counted from j, that a text of `Row.at` stands for, None of another text."""
+    found = re.fullmatch(r"buf\[(\d+) \+ j\]", text)
+    return int(found[1]) if found else None
 
 
 class Writer:
@@ -198,16 +206,17 @@ class Writer:
         while parts:
             part, parts = parts[0], parts[1:]
             self.emit(f"for j in range({count}):", depth)
-            names = self.call(part, depth + 1, stored)
-            for line, value in [item for item in lines if not parts or _index(item[1]) in names]:
-                self.emit(line.format(names.get(_index(value)) or _number(value)), depth + 1)
-            lines = [item for item in lines if _index(item[1]) not in names]
-            stored |= {index: places[index] for index in names if index in places}
+            left = {item.index: item for item in part.outputs}
+            own = [item for item in lines if not parts or _index(item[1]) in left]
+            lines = [item for item in lines if _index(item[1]) not in left]
+            before = dict(stored)
+            stored |= {index: places[index] for index in left if index in places}
             asked = {item.index for later in parts for item in later.inputs}
-            for index in [index for index in names if index in asked and index not in stored]:
+            for index in [index for index in left if index in asked and index not in stored]:
                 stored[index] = self.passing_row(passing, low).at(low)
-                self.emit(f"{stored[index]} = {names[index]}", depth + 1)
+                own.append((f"{stored[index]} = {{}}", left[index]))
                 passing += 1
+            self.body(part, own, depth + 1, before)
         return whole
 
     def passing_row(self, number: int, low: int) -> Row:
@@ -219,18 +228,31 @@ class Writer:
     def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int,
                 rows: dict[int, str] | None = None) -> None:
         """The body of a loop that is written by hand; see `loop`."""
-        names = self.assign([value for _, value in (*extra, *writes)], depth, rows=rows)
-        for (line, _), name in zip(extra, names, strict=False):
-            self.emit(line.format(name), depth)
-        for (row, _), name in zip(writes, names[len(extra):], strict=True):
-            self.emit(f"{row.at(low)} = {name}", depth)
+        lines = [*extra, *((f"{row.at(low)} = {{}}", value) for row, value in writes)]
+        self.body(self.content([value for _, value in lines], stored=rows), lines, depth, rows or {})
 
-    def assign(self, values: list[Any], depth: int, fixed: bool = False, rows: dict[int, str] | None = None) -> list[str]:
+    def body(self, made: Block, lines: list[tuple[str, Any]], depth: int, stored: dict[int, str]) -> None:
+        """Emit the call of a block, which writes to scratch what goes there, and the other lines."""
+        outputs = {item.index for item in made.outputs}
+        stores, left = [], []
+        for line, value in lines:
+            place = entry_of(line.removesuffix(" = {}")) if _index(value) in outputs else None
+            if place is None:
+                left.append((line, value))
+            else:
+                stores.append((place, value))
+        asked = {_index(value) for _, value in left}
+        returned = tuple(item for item in made.outputs if item.index in asked)
+        names = self.call(attrs.evolve(made, stores=tuple(stores), returned=returned), depth, stored)
+        for line, value in left:
+            self.emit(line.format(names.get(_index(value)) or _number(value)), depth)
+
+    def assign(self, values: list[Any], depth: int, fixed: bool = False) -> list[str]:
         """Emit the call of a block that computes the values; return the name or number that stands for each.
 
         ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
         """
-        names = self.call(self.content(values, fixed, stored=rows), depth, rows or {})
+        names = self.call(self.content(values, fixed), depth, {})
         return [names.get(_index(value)) or _number(value) for value in values]
 
     def content(self, values: list[Any], fixed: bool = False, always: bool = False, stored: dict[int, str] | None = None,
@@ -253,11 +275,13 @@ class Writer:
         """Emit the call of a block; return the name of each of its outputs."""
         if not made.outputs:
             return {}
-        self.blocks.append(made)
-        names = {item.index: f"v{len(self.blocks)}_{item.index}" for item in made.outputs if isinstance(item, Expr)}
-        left = "".join(f"{name}, " for name in names.values())
-        inputs = (stored.get(item.index) or self.argument(item) for item in made.inputs)
-        self.emit(f"({left}) = {made.name}({', '.join(inputs)})", depth)
+        inputs = {item.index: stored.get(item.index) or self.argument(item) for item in made.inputs}
+        loads = {index: place for index, text in inputs.items() if (place := entry_of(text)) is not None}
+        self.blocks.append(attrs.evolve(made, loads=loads))
+        names = {item.index: f"v{len(self.blocks)}_{item.index}" for item in made.returned if isinstance(item, Expr)}
+        left = f"({''.join(f'{name}, ' for name in names.values())}) = " if names else ""
+        arguments = ["buf", "j"][:2 * self.blocks[-1].in_scratch] + [text for index, text in inputs.items() if index not in loads]
+        self.emit(f"{left}{made.name}({', '.join(arguments)})", depth)
         return names
 
     def keep_per_cell(self, node: Expr, function: int, place: int) -> None:

@@ -216,7 +216,7 @@ def _advance(step: str, registers: str = "") -> str:
 
 
 def driver() -> str:
-    """Return ``tiles`` for threads, each its share, with ``fill`` before, and ``advance`` for one, with the same step written out."""
+    """Return ``tiles`` for threads, each its share, with ``fill`` before, and ``advance`` for one, the same step written out."""
     arguments = "at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found"
     tiles = f"def tiles({arguments}):\n    wide()\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
     return f"{tiles}\n{_FILL}{_advance(_GHOSTS + _STEP)}"
