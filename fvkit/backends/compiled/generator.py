@@ -115,16 +115,16 @@ class Generator(Ends):
         width = f"nt + {2 * halo}"
         self.fields["q"] = tuple(self.new_row(-halo) for _ in model.conserved)
         for k, row in enumerate(self.fields["q"]):
-            self.copy(f"q[{k}, c0:c0 + {width}]", width, row, "0")
+            self.copy(f"q[{k}]", "c0", width, row, "0")
         self.fields["aux"] = tuple(self.new_row(-halo) if varies else 0.0 for varies in self.varies)
         rows = [(k, row) for k, row in enumerate(self.fields["aux"]) if isinstance(row, Row)]
         if rows:
             self.emit(f"low = max(c0 - {halo}, 0)")
             self.emit(f"high = min(c0 + nt + {halo}, n)")
         for k, row in rows:
-            self.copy(f"aux[{k}, low:high]", "high - low", row, f"low - c0 + {halo}")
-            self.copy(f"edges[{k}, c0:{halo}]", f"{halo} - c0", row, "0")
-            self.copy(f"edges[{k}, {halo}:]", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
+            self.copy(f"aux[{k}]", "low", "high - low", row, f"low - c0 + {halo}")
+            self.copy(f"edges[{k}]", "c0", f"{halo} - c0", row, "0")
+            self.copy(f"edges[{k}]", f"{halo}", f"c0 + nt + {halo} - n", row, f"n - c0 + {halo}")
         if self.opens:  # ghost cells have been filled from cells on which the sources have acted
             q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.beside)
@@ -135,12 +135,9 @@ class Generator(Ends):
             self.compute([*zip(self.fields["q"], state, strict=True), *changes], -halo, [], 2)
             self.count_brought(counted)
 
-    def copy(self, source: str, count: str, row: Row, first: str) -> None:
-        """Copy ``count`` numbers, none if it is negative, into a row from its entry ``first`` on."""
-        self.emit(f"src = {source}")
-        self.emit(f"dst = buf[{row.start} + {first}:]")
-        self.emit(f"for j in range({count}):")
-        self.emit("dst[j] = src[j]", 2)
+    def copy(self, source: str, start: str, count: str, row: Row, first: str) -> None:
+        """Copy ``count`` numbers from ``start``, none if it is negative, into a row from its entry ``first`` on."""
+        self.emit(f"move(buf, {row.start} + {first}, {source}, {start}, {count})")
 
     def stage_loop(self, span: tuple[int, int], stages: list[Stage], guarded: list[Stage], later: set[str],
                    first: bool) -> None:
@@ -262,9 +259,7 @@ class Generator(Ends):
         self.loop("nt", [*zip(rows, new, strict=True), *changes], 0, extra)
         self.count_brought(counted)
         for k, row in enumerate(rows):
-            self.emit(f"dst = out[{k}, c0 + {self.plan.halo}:c0 + {self.plan.halo} + nt]")
-            self.emit("for j in range(nt):")
-            self.emit(f"dst[j] = {row.at(0)}", 2)
+            self.emit(f"move(out[{k}], c0 + {self.plan.halo}, buf, {row.start}, nt)")
         if MASS_FLUX in self.fields:
             self.end_fluxes()
         self.emit("return bad")

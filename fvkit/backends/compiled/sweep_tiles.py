@@ -7,7 +7,6 @@ lie that far apart and nothing is transposed; a block at the edge that has fewer
 from typing import Any, NamedTuple
 
 from fvkit.backends.compiled.generator import Generator, Source, located
-from fvkit.backends.compiled.llvm import LaneCopy
 from fvkit.backends.compiled.loops import SPARE, TILE, Row
 from fvkit.backends.plan import Plan
 from fvkit.problem.directions import Direction
@@ -16,9 +15,6 @@ from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, Parts, Scheme
 
 #: Lines that lie side by side in a tile of a sweep along y, and entries of a row of scratch.
 LANES, LENGTH = 16, 2 * TILE + SPARE
-
-#: Copies the lines of a tile at one place.
-COPY = LaneCopy("copy_lanes", LANES)
 
 
 class Seen(NamedTuple):
@@ -58,11 +54,11 @@ class SweepGenerator(Generator):
         """Copy a component of the lines of a tile into a row."""
         width = f"nt + {2 * self.plan.halo}"
         if self.pitch == 1:
-            self.copy(f"{name}[{k}, line, c0:c0 + {width}]", width, row, "0")
+            self.copy(f"{name}[{k}, line]", "c0", width, row, "0")
             return
         self.emit(f"if w == {LANES}:")
         self.emit(f"for i in range({width}):", 2)
-        self.emit(f"{COPY.name}(buf, {row.start} + i * {LANES}, {name}[{k}, c0 + i], line)", 3)
+        self.emit(f"move(buf, {row.start} + i * {LANES}, {name}[{k}, c0 + i], line, {LANES})", 3)
         self.emit("else:")
         self.emit(f"for i in range({width}):", 2)
         self.emit(f"src = {name}[{k}, c0 + i, line:line + w]", 3)
@@ -74,13 +70,11 @@ class SweepGenerator(Generator):
         """Copy a row into the cells of a component of ``out`` or another array."""
         halo = self.plan.halo
         if self.pitch == 1:
-            self.emit(f"dst = {target}[{place}, line, c0 + {halo}:c0 + {halo} + nt]")
-            self.emit("for j in range(nt):")
-            self.emit(f"dst[j] = {row.at(0)}", 2)
+            self.emit(f"move({target}[{place}, line], c0 + {halo}, buf, {row.start}, nt)")
             return
         self.emit(f"if w == {LANES}:")
         self.emit("for i in range(nt):", 2)
-        self.emit(f"{COPY.name}({target}[{place}, c0 + {halo} + i], line, buf, {row.start} + i * {LANES})", 3)
+        self.emit(f"move({target}[{place}, c0 + {halo} + i], line, buf, {row.start} + i * {LANES}, {LANES})", 3)
         self.emit("else:")
         self.emit("for i in range(nt):", 2)
         self.emit(f"dst = {target}[{place}, c0 + {halo} + i, line:line + w]", 3)
@@ -192,7 +186,6 @@ def generate_sweep(direction: Direction, scheme: Scheme, parts: Parts, plan: Pla
         made = SweepGenerator(direction, scheme, parts, stages, varies, prefix)
         text += ["", "", *located(made.tile)]
         blocks, rows = (*blocks, *made.blocks), max(rows, made.rows)
-    blocks = (COPY, *blocks)
     return Source("\n".join([*(one.text() for one in blocks), *text]), blocks, rows)
 
 
