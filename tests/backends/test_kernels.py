@@ -90,6 +90,19 @@ def test_new_parameter_values_and_new_data_never_recompile():
     assert len(_loaded) == before
 
 
+@pytest.mark.parametrize("schemes", [[fv.WavePropagation(fv.HLL(), order=1), fv.WavePropagation(fv.Rusanov())],
+                                     [fv.MethodOfLines(fv.HLL()), fv.MethodOfLines(fv.HLL(), fv.WENO5(), fv.ARK4())]],
+                         ids=["waves", "lines"])
+def test_kernels_with_whatever_ghost_cells_share_one_compiled_time_loop(schemes):
+    names = []
+    for model, scheme in zip((fv.Burgers(), gr.ShallowWater()), schemes, strict=True):
+        q = np.ones((len(model.conserved), 20))
+        kernel = fv.Stepper(fv.Problem(model, fv.Grid(0.0, 1.0, 20), q, 1.0, boundary=fv.Outflow()), scheme, backend="numba")._kernel
+        names.append((kernel.loop.__name__, kernel.module.__name__))
+    assert names[0][0] == names[1][0]
+    assert names[0][1] != names[1][1]
+
+
 SCRIPT = """
 import sys, time
 import numpy as np
@@ -168,9 +181,12 @@ def test_the_cache_can_be_listed_and_cleared(tmp_path, monkeypatch):
     path, lasting = disk_cache.place("kernel_test", "x = 1\n")
     assert lasting
     assert stat.S_ISREG(path.stat().st_mode)
-    assert disk_cache.contents().kernels == 1
+    disk_cache.place("loop_test", "x = 1\n")
+    assert disk_cache.contents().kernels == 1, "the time loop that all kernels share is none"
+    disk_cache.place("mine", "")
     assert disk_cache.clear().kernels == 1
     assert disk_cache.contents() == disk_cache.Contents(tmp_path / "other", 0, 0)
+    assert [path.name for path in (tmp_path / "other").iterdir()] == ["mine.py"], "what is not a kernel's stays"
 
 
 @pytest.mark.parametrize("package", ["fvkit", "fvkit_granular"])
