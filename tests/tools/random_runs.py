@@ -11,6 +11,7 @@ import numpy as np
 
 from fvkit import MethodOfLines, Model, Problem, Scheme, SolveError, Status, Stepper, WavePropagation
 from fvkit.backends.compiled import numba_kernel
+from fvkit.backends.compiled.generator import Source
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit.backends.runge_kutta import program
 from fvkit.run.interruption import keeping
@@ -89,7 +90,7 @@ def code_kept() -> Iterator[None]:
     """Let problems of one scheme and the same kinds of parts share the code of the first: generating it takes ten times a run."""
     generate, kept = numba_kernel.generate, {}
 
-    def once(problem: Problem, scheme: Scheme, parts: Parts, *rest: Any) -> numba_kernel.Source:
+    def once(problem: Problem, scheme: Scheme, parts: Parts, *rest: Any) -> Source:
         kinds = tuple(type(part) for part in (parts.model, parts.riemann, *parts.sources, *problem.ends))
         key = (kinds, tuple(rest[-1]))  # the last says which given functions are 0 everywhere
         if key not in kept:

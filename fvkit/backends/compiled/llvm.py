@@ -12,7 +12,7 @@ import platform
 from collections import Counter
 from collections.abc import Callable
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any
 
 import attrs
 
@@ -97,41 +97,6 @@ class Block:
             builder.store(emitter.argument(item), entry(place))
         results = [emitter.widened(item) for item in self.returned]
         return context.make_tuple(builder, signature.return_type, results)
-
-
-@attrs.frozen
-class Move:
-    """A function ``move(dst, at, src, first, count)`` that copies numbers from ``src[first:]`` to ``dst[at:]``, or none.
-
-    Both are contiguous and do not overlap. A loop of few would be unrolled before it could be vectorised, and slices take long
-    to compile.
-    """
-
-    name: ClassVar[str] = "move"
-
-    def text(self) -> str:
-        """The content, for the key of the cache."""
-        return "# move copies numbers"
-
-    def compiled(self) -> Any:
-        """The function for numba; it is compiled where it is called."""
-        from numba import extending, types
-
-        def move(typing_context: Any, dst: Any, at: Any, src: Any, first: Any, count: Any) -> Any:
-            return types.void(dst, types.int64, src, types.int64, types.int64), self._code
-
-        return extending.intrinsic(move)
-
-    def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        from numba.core import cgutils
-
-        places = [builder.gep(context.make_array(kind)(context, builder, array).data, [index])
-                  for kind, array, index in zip(signature.args[:4:2], arguments[:4:2], arguments[1:4:2], strict=True)]
-        count = arguments[4]
-        some = builder.select(builder.icmp_signed(">", count, count.type(0)), count, count.type(0))
-        copy: Any = cgutils.raw_memcpy
-        copy(builder, *places, some, 8, align=8)
-        return context.get_dummy_value()
 
 
 def wide() -> Block:

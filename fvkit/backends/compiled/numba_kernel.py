@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from fvkit.backends.compiled import calls, disk_cache, llvm
-from fvkit.backends.compiled.calls import Call, address
+from fvkit.backends.compiled.calls import Call, Move, address
 from fvkit.backends.compiled.generator import generate
 from fvkit.backends.compiled.loops import SPARE, TILE, aligned
 from fvkit.backends.compiled.time_loop import ADDRESSES, driver, staged_driver
@@ -239,7 +239,7 @@ def _made(name: str, text: str, blocks: tuple[Any, ...], numba: Any, entries: di
     sys.modules[module.__name__] = module
     space = module.__dict__
     exec(compile(text, str(path), "exec"), space)
-    space |= {block.name: block.compiled() for block in (llvm.wide(), llvm.Move(), *blocks)}
+    space |= {block.name: block.compiled() for block in (llvm.wide(), Move(), *blocks)}
     timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
     timer.daemon = True
     timer.start()
