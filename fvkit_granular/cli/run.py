@@ -89,6 +89,7 @@ def register(commands: Any) -> None:
     run.add_argument("--animate", metavar="NAME",
                      help="write an animation with 60 frames to the output folder: NAME.gif, or NAME.mp4 with ffmpeg")
     common_options(run, "fvkit-run-SCENE")
+    run.spelled |= {"num_cells": "--cells", "speed": "--stop-at-rest"}
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -58,10 +58,10 @@ LINES = [
     ((), ("COMMAND",)), (("fly",), ("fly",)), (("run",), ("SCENE", "--resume")), (("compare",), ("SCENE",)), (("sweep",), ("FILE",)),
     (("advise",), ("SCENE",)), (("check",), ("SCENE",)), (("check", "rest"), ("terrain", "fvkit advise")), (("run", "rest", "--resume", "old.npz"), ("SCENE", "--resume")),
     (("run", "rest", "--every", "3"), ("--every", "--checkpoint")), (("run", "--resume", "old.npz", "--dt", "1"), ("--dt", "--resume")),
-    ((*RUN, "--dt", "1e-3", "--dt-max", "1"), ("`dt`", "`dt_max`")), ((*RUN, "--nonsense"), ("--nonsense",)), ((*RUN, "--cells"), ("--cells",)),
+    ((*RUN, "--dt", "1e-3", "--dt-max", "1"), ("`--dt`", "`--dt-max`")), ((*RUN, "--nonsense"), ("--nonsense",)), ((*RUN, "--cells"), ("--cells",)),
     ((*RUN, "surplus"), ("surplus",)), (("scenes", "surplus"), ("surplus",)), (("cache", "surplus"), ("surplus",)), (("cache", "--clear=1"), ("--clear",)),
     (("stress", "--full=1"), ("--full",)), (("advise", "rest", "--cells", "4"), ("--cells",)),
     (("compare", "rest", "--method", "wave-propagation", "--integrator", "dp5"), ("--integrator", "--method")),
-    ((*RUN, "--cells", "1" + 15 * "0"), ("`num_cells`", "GB", "1" + 15 * "0")), ((*COMPARE, "--cells", "1" + 15 * "0"), ("`num_cells`", "GB")),
+    ((*RUN, "--cells", "1" + 15 * "0"), ("`--cells`", "GB", "1" + 15 * "0")), ((*COMPARE, "--cells", "1" + 15 * "0"), ("`--cells`", "GB")),
     (("run", "riemannn"), ("riemannn", "did you mean riemann?")), (("run", "rest", "--limiter", "mcc"), ("--limiter", "did you mean mc?")),
 ]
