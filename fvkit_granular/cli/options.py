@@ -61,6 +61,18 @@ def cells_of(text: str) -> Any:
     return counts[0] if len(counts) == 1 else tuple(counts)
 
 
+def place_of(text: str) -> Any:
+    """Return a place x, or a pair: what "12.5" or "12.5,40" says, as a ``type`` of argparse."""
+    try:
+        places = tuple(validation.real(float(part), "value") for part in text.split(","))
+    except ValueError:
+        places = ()
+    if len(places) not in (1, 2):
+        raise argparse.ArgumentTypeError("`value` must be places x, or X,Y in a scene with two axes, such as 12.5,40, got "
+                                         f"{validation.shown(text)}")
+    return places[0] if len(places) == 1 else places
+
+
 def add_scheme_options(parser: argparse.ArgumentParser, several: bool) -> None:
     """Add the options; ``several`` lets each take more than one name."""
     many: dict[str, Any] = {"nargs": "+"} if several else {}

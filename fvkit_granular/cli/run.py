@@ -25,7 +25,16 @@ from fvkit.output.plots import KINDS, MAPS, checked_film, enlargement, line_of, 
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
 from fvkit.studies.tables import plain
-from fvkit_granular.cli.options import add_scheme_options, cells_of, checked, common_options, one_of, results_folder, scheme_of
+from fvkit_granular.cli.options import (
+    add_scheme_options,
+    cells_of,
+    checked,
+    common_options,
+    one_of,
+    place_of,
+    results_folder,
+    scheme_of,
+)
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
@@ -33,9 +42,10 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_of, steep_equations, steepest, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import deviations
-from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard, write_series
+from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard
 from fvkit_granular.studies.mass_balance import mass_balance
 from fvkit_granular.studies.scene_run import CELLS
+from fvkit_granular.studies.series import told_along, write_series
 
 #: Key of the configuration that says which files a run wrote beside its solution.
 FILES = "files"
@@ -80,6 +90,11 @@ def register(commands: Any) -> None:
                      help=f"extra figures KIND.png: at the final time {', '.join(KINDS)}, slip (vs - vf), where margin is the "
                           "distance to loss of hyperbolicity; space-time: depth over x and t. For scenes with one axis; with two "
                           f"every run writes {', '.join(MAPS)}, on a terrain those that are named here")
+    run.add_argument("--gauges", type=place_of, nargs="+", metavar="X",
+                     help="places x, m, with two axes X,Y, whose series gauges.csv has, in place of those of the scene")
+    run.add_argument("--threshold", type=checked(float, validation.real, above=0.0), metavar="H",
+                     help="depth, m, from which on the flow counts as arrived: writes front.csv and maxima.csv with one axis, "
+                          "on a terrain it is that of the maps of arrival and duration (default: that of the scene)")
     run.add_argument("--rasters", choices=("asc", "tif"), default="asc",
                      help="format of the rasters of a scene on a terrain (tif: GeoTIFF, extra geo; default asc: ESRI ASCII)")
     run.add_argument("--netcdf", action="store_true",
@@ -105,7 +120,7 @@ def _run(options: argparse.Namespace) -> int:
         usable_folder(options.checkpoint.parent, "--checkpoint")
     if options.resume is not None:
         return _resumed(options, folder)
-    chosen = find_scene(options.scene)
+    chosen = _scene(options)
     cells = options.cells if options.cells is not None or chosen.terrain is not None else CELLS[len(chosen.axes)]
     _check_pictures(chosen.grid(cells), folder, options, chosen)
     watched = _watched(chosen)
@@ -122,7 +137,7 @@ def _run(options: argparse.Namespace) -> int:
                      checkpoint=checkpoint, observers=tuple(watched.values()), backend=options.backend,
                      progress=sys.stderr.isatty(), throw=False)
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
-    again = f"{options.scene} " if watched else ""
+    again = f"{options.scene} {_recording(options)}" if watched else ""
     kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {checkpoint.path}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
@@ -137,15 +152,35 @@ def _run(options: argparse.Namespace) -> int:
     return code
 
 
+def _scene(options: argparse.Namespace) -> Scene:
+    """Return the scene, with what the options record in place of what it says."""
+    found = find_scene(options.scene)
+    asked = {key: getattr(options, key) for key in ("gauges", "threshold") if getattr(options, key) is not None}
+    if "threshold" in asked and len(found.axes) > 1 and found.terrain is None:
+        raise ValueError("--threshold is of front and maxima along one axis, or of maps on a terrain, and this scene is a plane: "
+                         "leave it out")
+    return attrs.evolve(found, watch=attrs.evolve(found.watch, **asked)) if asked else found
+
+
+def _recording(options: argparse.Namespace) -> str:
+    """The options that record something, as they are typed: a run goes on with the same ones."""
+    gauges = [",".join(map(str, place)) if isinstance(place, tuple) else str(place) for place in options.gauges or ()]
+    deep = [] if options.threshold is None else ["--threshold", str(options.threshold)]
+    return "".join(f"{word} " for word in (*(["--gauges", *gauges] if gauges else []), *deep))
+
+
 def _resumed(options: argparse.Namespace, folder: Path) -> int:
     """Go on with the run of a checkpoint, with what its scene records where that is given, and show it."""
     for name in ("dt", "dt_max", "dt_initial", "stop_at_rest", "cells", "checkpoint"):
         if getattr(options, name) is not None:
             raise ValueError(f"--{name.replace('_', '-')} is for a new run: --resume goes on as the run began")
+    for name in ("gauges", "threshold"):
+        if options.scene is None and getattr(options, name) is not None:
+            raise ValueError(f"--{name} needs the SCENE of the run too: fvkit run SCENE --{name} ... --resume {options.resume}")
     archive = Archive(options.resume)
     expect_format(archive, CHECKPOINT)
     model, grid = model_and_grid(parsed(archive.text("configuration"), archive.path), archive.path)
-    chosen = None if options.scene is None else find_scene(options.scene)
+    chosen = None if options.scene is None else _scene(options)
     _check_pictures(grid, folder, options, chosen)
     go_on = partial(resume, options.resume, progress=sys.stderr.isatty(), throw=False)
     if chosen is None:
@@ -219,14 +254,15 @@ class Recorded:
         """Write the files, and return what is to be printed."""
         if self.scene.terrain is not None:
             return write_hazard(folder, self.scene, solution, self.watched, self.ending)
-        write_series(folder, self.watched)
-        return ""
+        write_series(folder, self.watched, solution)
+        return told_along(self.watched, solution)
 
 
 def _watched(scene: Scene) -> dict[str, Any]:
-    """Return the observers of a run of a scene, by name; hazard maps on a terrain alone."""
+    """Return the observers of a run of a scene, by name; no hazard maps where a plane has no terrain to draw them on."""
     found = scene.watch.observers(len(scene.axes))
-    return found if scene.terrain is not None else {name: one for name, one in found.items() if name != "hazard"}
+    drawn = scene.terrain is not None or len(scene.axes) == 1
+    return found if drawn else {name: one for name, one in found.items() if name != "hazard"}
 
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,

@@ -10,12 +10,13 @@ from typing import IO, Any
 
 import numpy as np
 
-from fvkit import CrossSection, Gauge, Solution
-from fvkit.files import csv_text, write_whole
+from fvkit import Solution
+from fvkit.files import write_whole
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.mass_balance import EDGES, mass_balance
+from fvkit_granular.studies.series import is_series, series_names, write_series
 from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
 from fvkit_granular.terrain.rasters import write_raster
 from fvkit_granular.terrain.terrain import Terrain
@@ -30,8 +31,7 @@ STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1
 
 def file_names(scene: Scene, ending: str) -> list[str]:
     """Return the names of all files that `write_hazard` writes, but those of ``.prj``."""
-    series = [*["gauges.csv"] * bool(scene.watch.gauges), *["run-out.csv"] * bool(scene.watch.path),
-              *(f"line-{name}.csv" for name in scene.watch.lines)]
+    series = series_names(scene)
     if scene.terrain is None:
         return series
     rasters = [f"{layer.name}{suffix}" for suffix in (ending, ".qml") for layer in LAYERS]
@@ -44,7 +44,7 @@ def is_record(name: str) -> bool:
     if name != Path(name).name:
         return False
     raster = ending in (".asc", ".tif", ".qml") and stem in (layer.name for layer in LAYERS)
-    return raster or name in ("gauges.csv", "run-out.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
+    return raster or name == "report.html" or is_series(name)
 
 
 def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
@@ -69,7 +69,7 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
         if layer.least is not None:
             pictures[picture] = _drawn(relief, terrain, values, layer)
             write_whole(folder / picture, partial(_fill, pictures[picture]))
-    write_series(folder, watched)
+    write_series(folder, watched, solution)
     summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
     told = limits(scene, solution, hazard, watched)
     page = _page(scene, solution, summary, told, pictures)
@@ -115,25 +115,6 @@ def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer) -> b
     bar.remove()
     bar.mappable.remove()
     return target.getvalue()
-
-
-def write_series(folder: Path, watched: Mapping[str, Any]) -> None:
-    """Write the series of gauges and of lines as CSV files."""
-    for name, observer in watched.items():
-        if isinstance(observer, Gauge):
-            _write(folder / "gauges.csv", ["t", *(f"{what} at {k}" for what in observer.values for k in range(len(observer.x)))],
-                   [observer.t, *(column for values in observer.values.values() for column in values.T)])
-        if isinstance(observer, RunOut):
-            _write(folder / "run-out.csv", ["t", "distance"], [observer.t, observer.distance])
-        if isinstance(observer, CrossSection):
-            columns = {"t": observer.t} | {f"discharge {mass}": values for mass, values in observer.discharge.items()} \
-                | {f"volume {mass}": values for mass, values in observer.volume.items()}
-            _write(folder / f"line-{name.removeprefix('line ')}.csv", list(columns), list(columns.values()))
-
-
-def _write(path: Path, header: Sequence[str], columns: Sequence[np.ndarray]) -> None:
-    text = csv_text(header, zip(*(column.tolist() for column in columns), strict=True))
-    write_whole(path, lambda file: file.write(text.encode()))
 
 
 def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
