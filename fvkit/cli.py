@@ -24,6 +24,9 @@ SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 #: Characters of a message.
 LONGEST = 1200
 
+#: Arguments of the library that an option of another name gives.
+ALIASES = {"cells": ("num_cells",), "stop_at_rest": ("speed",)}
+
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -38,7 +41,7 @@ class Parser(argparse.ArgumentParser):
         """Add an argument, and note how an option is spelled."""
         action = super().add_argument(*names, **given)
         if action.option_strings:
-            self.spelled[action.dest] = action.option_strings[-1]
+            self.spelled |= dict.fromkeys((action.dest, *ALIASES.get(action.dest, ())), action.option_strings[-1])
         return action
 
     def error(self, message: str) -> Any:

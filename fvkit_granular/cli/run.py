@@ -19,7 +19,7 @@ from fvkit import Checkpoint, Grid, Solution, Status, Step, StopAtRest, load, re
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build, model_and_grid, parsed
-from fvkit.output.figures import new_axes, save_all
+from fvkit.output.figures import FORMATS, new_axes, save_all
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.plots import KINDS, MAPS, checked_film, enlargement, line_of, space_time
 from fvkit.pointwise.part import public_name
@@ -54,6 +54,12 @@ FILES = "files"
 #: every run.
 PROFILE = "profile"
 PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
+
+#: What is printed of a run, in its folder.
+SUMMARY = "run.txt"
+
+#: How the names of pictures and films end.
+PICTURES = (*(f".{name}" for name in FORMATS), ".gif", ".mp4")
 
 #: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
 UNSUCCESSFUL = "unsuccessful"
@@ -99,12 +105,13 @@ def register(commands: Any) -> None:
                      help="format of the rasters of a scene on a terrain (tif: GeoTIFF, extra geo; default asc: ESRI ASCII)")
     run.add_argument("--netcdf", action="store_true",
                      help="write solution.nc too, CF netCDF with the CRS of the terrain (extra io)")
+    run.add_argument("--save", type=Path, metavar="FILE",
+                     help="write the solution to this file too: .npz, or .nc, CF netCDF (extra io)")
     run.add_argument("--line", type=float, nargs=4, metavar=("X0", "Y0", "X1", "Y1"),
                      help="with two axes the ends of the line of cut.png, m (default: along x through the middle)")
     run.add_argument("--animate", metavar="NAME",
                      help="write an animation with 60 frames to the output folder: NAME.gif, or NAME.mp4 with ffmpeg")
     common_options(run, "fvkit-run-SCENE")
-    run.spelled |= {"num_cells": "--cells", "speed": "--stop-at-rest"}
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -116,6 +123,12 @@ def _run(options: argparse.Namespace) -> int:
     usable_folder(folder, "--out")
     if options.animate is not None:
         usable_folder((folder / checked_film(options.animate)).parent, "--animate")
+    if options.save is not None:
+        if options.save.suffix not in (".npz", ".nc") or options.save.is_dir():
+            raise ValueError(f"`--save` must be a file that ends in .npz or .nc, got {str(options.save)!r}")
+        usable_folder(options.save.parent, "--save")
+    if options.netcdf or (options.save is not None and options.save.suffix == ".nc"):
+        _netcdf_or_refuse()
     if options.checkpoint is not None:
         usable_folder(options.checkpoint.parent, "--checkpoint")
     if options.resume is not None:
@@ -142,7 +155,7 @@ def _run(options: argparse.Namespace) -> int:
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
         code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
-                     Recorded(chosen, watched, f".{options.rasters}"))
+                     Recorded(chosen, watched, f".{options.rasters}", options.format))
     except OSError as error:
         error.add_note(f"the run: {solution.message}")
         error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
@@ -150,6 +163,15 @@ def _run(options: argparse.Namespace) -> int:
     if kept:
         print(f"  {kept}")
     return code
+
+
+def _netcdf_or_refuse() -> None:
+    """Raise ValueError where the extra io is missing: before a run, not after it."""
+    try:
+        for name in ("xarray", "h5netcdf"):
+            validation.library(name, "netCDF", "io")
+    except ImportError as error:
+        raise ValueError(str(error)) from None
 
 
 def _scene(options: argparse.Namespace) -> Scene:
@@ -199,12 +221,12 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
     solution = go_on(problem=problem, observers=tuple(watched.values()))
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
     return _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
-                 Recorded(chosen, watched, f".{options.rasters}"))
+                 Recorded(chosen, watched, f".{options.rasters}", options.format))
 
 
 def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, scene: Scene | None) -> None:
     """Refuse pictures that cannot be drawn or written, or are of the other number of axes, before anything is computed."""
-    axes, records = len(grid.axes), [] if scene is None else file_names(scene, f".{options.rasters}")
+    axes, records = len(grid.axes), [] if scene is None else file_names(scene, f".{options.rasters}", options.format)
     wrong = [kind for kind in options.plot if kind not in (PLOTS if axes == 1 else MAPS)]
     if wrong and axes > 1:
         raise ValueError(f"--plot {wrong[0]} draws over one axis, and this scene has two: leave it out, "
@@ -239,21 +261,22 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
 
 @attrs.frozen(eq=False)
 class Recorded:
-    """What a run has recorded at every step, and the scene that asked for it; ``ending`` is that of rasters."""
+    """What a run has recorded at every step, the scene that asked for it, and the formats of its rasters and of its maps."""
 
     scene: Scene
     watched: dict[str, Any]
     ending: str
+    picture: str
 
     @property
     def files(self) -> list[str]:
         """Names of the files that `write` makes."""
-        return file_names(self.scene, self.ending)
+        return file_names(self.scene, self.ending, self.picture)
 
     def write(self, folder: Path, solution: Solution) -> str:
         """Write the files, and return what is to be printed."""
         if self.scene.terrain is not None:
-            return write_hazard(folder, self.scene, solution, self.watched, self.ending)
+            return write_hazard(folder, self.scene, solution, self.watched, self.ending, self.picture)
         write_series(folder, self.watched, solution)
         return told_along(self.watched, solution)
 
@@ -272,50 +295,59 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
     kept = not solution.success and _succeeded(folder)
     folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)
-    stats, grid, t_end = solution.stats, solution.grid, solution.configuration["t_end"]
-    scene = None if recorded is None else recorded.scene
-    pictures = _pictures(len(grid.axes), options, on_terrain(scene))
-    written = _written(len(grid.axes), options, on_terrain(scene))
-    written += [] if recorded is None else recorded.files
+    axes, scene = len(solution.grid.axes), None if recorded is None else recorded.scene
+    title = name if scene is None else scene.name or name
+    written = _written(axes, options, on_terrain(scene)) + ([] if recorded is None else recorded.files)
     earlier = _earlier(folder)
-    solution.configuration[FILES] = written
+    solution.configuration.update({FILES: written, "scene": title})
     if recorded is not None and on_terrain(scene):
         solution.configuration["crs"] = recorded.scene.terrain.crs
         balance = attrs.asdict(mass_balance(recorded.scene, solution, recorded.watched["hazard"]))
         solution.configuration["mass_balance"] = plain(balance)
-    for file in written[:2 if options.netcdf else 1]:
-        solution.save(folder / file)
-    save_all(folder, {f"{picture}.png": draw(solution) for picture, draw in pictures.items()})
+    for file in [folder / "solution.npz", *([folder / "solution.nc"] if options.netcdf else []),
+                 *([] if options.save is None else [options.save])]:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        solution.save(file)
+    pictures = _pictures(axes, options, on_terrain(scene))
+    save_all(folder, {f"{picture}.{options.format}": draw(solution) for picture, draw in pictures.items()})
     if options.animate is not None:
         film = folder / checked_film(options.animate)
         film.parent.mkdir(parents=True, exist_ok=True)
-        solution.animate(film, PROFILE if len(grid.axes) == 1 else "map")
+        solution.animate(film, PROFILE if axes == 1 else "map")
     summary = "" if recorded is None else recorded.write(folder, solution)
     remove(folder, earlier, but=(*written, *(str(Path(name).with_suffix(".prj")) for name in written)))
-    scheme = settings(build(solution.configuration["scheme"]))
+    text = "\n  ".join(_told(title, solution, max(reached, _slope(solution)), summary, reference))
+    save_all(folder, {SUMMARY: text + "\n"})
+    print(text)
+    extra = "" if options.save is None else f", {options.save}"
+    older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
+    print(f"  written to {folder}/: {', '.join(written)}{extra}{older}")
+    return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+
+
+def _told(title: str, solution: Solution, slope: float, summary: str, reference: Reference | None) -> list[str]:
+    """Return the lines that are said of a run: scene, model and scheme, how it went, its slopes, results and errors."""
+    stats, grid, scheme = solution.stats, solution.grid, settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
-    print(", ".join([f"{name}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
-                     stats.backend]))
-    print(f"  {solution.message}; t = {solution.t[-1]:.6g} of {t_end:g} s")
-    print(f"  {stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
-          f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}")
-    print("  mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
-          + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
-          + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
-             if stats.nonhyperbolic_faces else ""))
-    slope = max(reached, _slope(solution))
+    lines = [", ".join([f"{title}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
+                        stats.backend]),
+             f"{solution.message}; t = {solution.t[-1]:.6g} of {solution.configuration['t_end']:g} s",
+             f"{stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
+             f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}",
+             "mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
+             + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
+             + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
+                if stats.nonhyperbolic_faces else "")]
     if slope > 0.0:
         wrong = is_steep(slope) and not steep_equations(solution.model)
-        print(f"  {'caution: ' if wrong else ''}{said_of(slope, solution.model)}")
-    for line in summary.splitlines():
-        print(f"  {line}")
+        lines.append(f"{'caution: ' if wrong else ''}{said_of(slope, solution.model)}")
+    lines += summary.splitlines()
     if reference is not None:
         found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
         errors = {quantity: grid.cell_volume * float(difference.sum()) for quantity, difference in found.items()}
-        print("  L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items()) + f" ({reference.kind})")
-    older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
-    print(f"  written to {folder}/: {', '.join(written)}{older}")
-    return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+        lines.append("L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items())
+                     + f" ({reference.kind})")
+    return lines
 
 
 def _slope(solution: Solution) -> float:
@@ -342,7 +374,7 @@ def _written(axes: int, options: argparse.Namespace, terrain: bool) -> list[str]
     """Names of the files that ``fvkit run`` writes, the solution first."""
     films = [] if options.animate is None else [options.animate]
     solutions = ["solution.npz", *(["solution.nc"] if options.netcdf else [])]
-    return [*solutions, *(f"{picture}.png" for picture in _pictures(axes, options, terrain)), *films]
+    return [*solutions, SUMMARY, *(f"{picture}.{options.format}" for picture in _pictures(axes, options, terrain)), *films]
 
 
 def _succeeded(folder: Path) -> bool:
@@ -360,7 +392,7 @@ def _earlier(folder: Path) -> list[str]:
             names = list(json.loads(str(kept["configuration"]))[FILES])
     except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
         return []
-    found = [name for name in names if isinstance(name, str) and (Path(name).suffix in (".png", ".gif", ".mp4") or is_record(name)
+    found = [name for name in names if isinstance(name, str) and (Path(name).suffix in PICTURES or is_record(name)
              or name == "solution.nc") and (folder / name).resolve().is_relative_to(folder.resolve())]
     return found + [str(Path(name).with_suffix(".prj")) for name in found if name.endswith(".asc")]
 

@@ -3,7 +3,7 @@
 import base64
 import html
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
@@ -29,13 +29,13 @@ STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1
          "pre{background:#f4f4f4;padding:1em;overflow:auto}img{max-width:100%}")
 
 
-def file_names(scene: Scene, ending: str) -> list[str]:
+def file_names(scene: Scene, ending: str, picture: str = "png") -> list[str]:
     """Return the names of all files that `write_hazard` writes, but those of ``.prj``."""
     series = series_names(scene)
     if scene.terrain is None:
         return series
     rasters = [f"{layer.name}{suffix}" for suffix in (ending, ".qml") for layer in LAYERS]
-    return [*rasters, *(f"{layer.name}.png" for layer in LAYERS if layer.least is not None), *series, "report.html"]
+    return [*rasters, *(f"{layer.name}.{picture}" for layer in LAYERS if layer.least is not None), *series, "report.html"]
 
 
 def is_record(name: str) -> bool:
@@ -47,7 +47,8 @@ def is_record(name: str) -> bool:
     return raster or name == "report.html" or is_series(name)
 
 
-def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
+def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc",
+                 picture: str = "png") -> str:
     """Write rasters, maps, series and the report of a run on a terrain into a folder, and return what is to be printed.
 
     Parameters
@@ -56,6 +57,7 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     scene, solution : what was run, and its result.
     watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
     ending : of rasters, ``.asc`` or ``.tif``.
+    picture : format of the maps; the report holds them as PNG.
     """
     from fvkit_granular.terrain.maps import draw_map
 
@@ -64,11 +66,12 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     pictures, relief = {}, draw_map(terrain, release=scene.release)  # drawn once for all maps
     for layer in LAYERS:
         seen = solution.observables()["h"] if layer.key is None else maps[layer.key]
-        values, picture = np.where(np.isfinite(seen), seen, np.nan), f"{layer.name}.png"
+        values = np.where(np.isfinite(seen), seen, np.nan)
         write_style(write_raster(folder / f"{layer.name}{ending}", values, terrain), layer)
         if layer.least is not None:
-            pictures[picture] = _drawn(relief, terrain, values, layer)
-            write_whole(folder / picture, partial(_fill, pictures[picture]))
+            drawn = _drawn(relief, terrain, values, layer, dict.fromkeys(("png", picture)))
+            pictures[f"{layer.name}.png"] = drawn["png"]
+            write_whole(folder / f"{layer.name}.{picture}", partial(_fill, drawn[picture]))
     write_series(folder, watched, solution)
     summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
     told = limits(scene, solution, hazard, watched)
@@ -105,16 +108,19 @@ def _fill(content: bytes, file: IO[bytes]) -> None:
     file.write(content)
 
 
-def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer) -> bytes:
-    """Return the PNG of a layer over the relief, and take the layer away again."""
+def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer, formats: Iterable[str]) -> dict[str, bytes]:
+    """Return pictures of a layer over the relief, {format: content}, and take the layer away again."""
     from fvkit_granular.terrain.maps import lay_over
 
-    target = io.BytesIO()
+    found = {}
     bar = lay_over(relief, terrain, values / layer.unit, layer.shows, (layer.least or 0.0) / layer.unit)
-    relief.figure.savefig(target, format="png", dpi=120, pil_kwargs={"compress_level": 3})
+    for kind in formats:
+        target = io.BytesIO()
+        relief.figure.savefig(target, format=kind, dpi=120, **({"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}))
+        found[kind] = target.getvalue()
     bar.remove()
     bar.mappable.remove()
-    return target.getvalue()
+    return found
 
 
 def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:

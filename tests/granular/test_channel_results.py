@@ -98,7 +98,7 @@ def test_a_later_run_that_records_nothing_leaves_no_series_of_this_one(place):
     assert run("--out", "here") == 0
     (place / "channel.toml").write_text(SCENE.rsplit("outputs", 1)[0])
     assert run("--out", "here") == 0
-    assert {path.name for path in (place / "here").iterdir()} == {"solution.npz", "profile.png"}
+    assert {path.name for path in (place / "here").iterdir()} == {"solution.npz", "run.txt", "profile.png"}
 
 
 @pytest.mark.parametrize(("outputs", "words"), [
@@ -130,3 +130,53 @@ def test_the_text_of_a_scene_keeps_what_it_records(place):
     scene = gr.load_scene("channel.toml")
     (place / "again.toml").write_text(gr.scene_text(scene))
     assert gr.load_scene("again.toml").watch == scene.watch
+
+
+# -- files of a run --------------------------------------------------------------------------------------------------------
+
+HEADS = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
+
+
+@pytest.mark.parametrize("kind", HEADS)
+def test_pictures_are_of_the_format_that_is_asked_for_and_those_of_another_go(place, kind):
+    assert run("--out", "here", "--plot", "depth", "--format", "svg" if kind == "pdf" else "pdf") == 0
+    assert run("--out", "here", "--format", kind) == 0
+    pictures = [path for path in (place / "here").iterdir() if path.suffix[1:] in HEADS]
+    assert [path.name for path in pictures] == [f"profile.{kind}"]
+    assert pictures[0].read_bytes().startswith(HEADS[kind])
+
+
+@pytest.mark.parametrize("kind", HEADS)
+def test_a_comparison_draws_in_the_format_that_is_asked_for(place, kind):
+    words = ["compare", "riemann", "--models", "shallow-water", "--riemann", "hll", "--cells", "10", "20", "--repeats", "1",
+             "--backend", "numpy", "--out", "here", "--plot-axes", "steps", "error.h"]
+    for one in ("pdf" if kind == "svg" else "svg", kind):
+        assert main([*words, "--format", one]) == 0
+    pictures = {path.name: path for path in (place / "here").iterdir() if path.suffix[1:] in HEADS}
+    assert set(pictures) == {f"{name}.{kind}" for name in ("error_time", "error_cells", "profiles", "error.h-over-steps")}
+    assert all(path.read_bytes().startswith(HEADS[kind]) for path in pictures.values())
+
+
+def test_a_report_refuses_another_format(place):
+    report = gr.compare(gr.scene("riemann"), [gr.ShallowWater], cells=[10, 20], riemann=[fv.HLL()], repeats=1, backend="numpy")
+    with pytest.raises(ValueError, match="`picture` must be one of png, pdf, svg"):
+        report.save("here", "bmp")
+    assert not (place / "here").exists()
+
+
+def test_the_solution_goes_where_save_says_too(place, capsys):
+    pytest.importorskip("h5netcdf")
+    assert run("--save", "far/x.nc") == 0
+    here = fv.load(place / "fvkit-run-channel" / "solution.npz")
+    assert np.array_equal(fv.load(place / "far" / "x.nc").q, here.q)
+    assert "far/x.nc" in capsys.readouterr().out
+
+
+def test_the_folder_says_what_was_run_under_the_name_of_the_scene(place, capsys):
+    (place / "channel.toml").write_text('name = "Mühlbach, 2 km"\n' + SCENE)
+    assert run("--model", "reduced", "--riemann", "hll") == 0
+    said = (place / "fvkit-run-channel" / "run.txt").read_text(encoding="utf-8")
+    assert said.startswith("Mühlbach, 2 km: reduced, hll, order 2, 100 cells, numpy\n")
+    assert capsys.readouterr().out.startswith(said)
+    kept = fv.load(place / "fvkit-run-channel" / "solution.npz")
+    assert (kept.configuration["scene"], type(kept.model)) == ("Mühlbach, 2 km", gr.Reduced)

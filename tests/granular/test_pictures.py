@@ -129,8 +129,8 @@ def test_the_command_draws_and_films(tmp_path, capsys, monkeypatch):
     out = tmp_path / "out"
     arguments = ["run", "dam-break-phi", "--cells", "30", "--out", str(out)]
     assert main([*arguments, "--plot", "profile", "slip", "--animate", "film.gif"]) == SUCCESS
-    assert "solution.npz, profile.png, slip.png, film.gif" in capsys.readouterr().out
-    assert {path.name for path in out.iterdir()} == {"solution.npz", "profile.png", "slip.png", "film.gif"}
+    assert "solution.npz, run.txt, profile.png, slip.png, film.gif" in capsys.readouterr().out
+    assert {path.name for path in out.iterdir()} == {"solution.npz", "run.txt", "profile.png", "slip.png", "film.gif"}
     assert main([*arguments, "--plot", "profil"]) == MISTAKE
     assert "did you mean profile?" in capsys.readouterr().err
     assert main([*arguments, "--animate", "film.avi"]) == MISTAKE

@@ -28,7 +28,7 @@ def test_a_run_writes_its_solution_and_three_pictures(folder, capsys):
     assert main([*RUN, "--out", "out", "--line", "-0.5", "-0.5", "0.5", "0.5"]) == SUCCESS
     said = capsys.readouterr().out
     assert "12 x 12 cells" in said
-    assert sorted(path.name for path in (folder / "out").iterdir()) == ["cut.png", "map.png", "solution.npz", "vectors.png"]
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["cut.png", "map.png", "run.txt", "solution.npz", "vectors.png"]
     solution, scene = fv.load("out/solution.npz"), gr.scene("vortex")
     wanted = scene.known_reference().averages(solution.model, solution.grid, scene.t_end)
     error = np.abs(solution.q[-1, 0] - wanted[0]).sum() / 144.0

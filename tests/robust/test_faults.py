@@ -223,7 +223,7 @@ def test_two_runs_into_one_folder_leave_whole_files(tmp_path):
         assert process.returncode == 0, complaint
         assert "written to" in said
     assert fv.load(tmp_path / "out" / "solution.npz").grid.num_cells in (60, 80)
-    assert sorted(os.listdir(tmp_path / "out")) == ["profile.png", "solution.npz"]
+    assert sorted(os.listdir(tmp_path / "out")) == ["profile.png", "run.txt", "solution.npz"]
 
 
 def together(*works):
