@@ -25,7 +25,7 @@ SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 LONGEST = 1200
 
 #: Arguments of the library that an option of another name gives.
-ALIASES = {"cells": ("num_cells",), "stop_at_rest": ("speed",)}
+ALIASES = {"cells": ("num_cells",), "out": ("folder",), "stop_at_rest": ("speed",)}
 
 Command = Callable[[argparse.Namespace], int]
 

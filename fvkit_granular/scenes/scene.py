@@ -21,6 +21,7 @@ from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
+from fvkit_granular.terrain.outline import compare_outline
 from fvkit_granular.terrain.terrain import Terrain
 
 
@@ -175,6 +176,10 @@ class Scene:
     def _check_watch(self) -> None:
         """Refuse gauges and lines outside of the scene, and gauges where its terrain has no data."""
         self.watch.check(self.ends)
+        if self.watch.observed is not None:
+            if self.terrain is None:
+                raise ValueError("`observed` is the outline of a flow on a terrain, and this scene has none: leave it out")
+            compare_outline(np.zeros(self.terrain.grid.shape), self.watch.observed, self.terrain)  # refused here, not after a run
         if self.terrain is not None and self.watch.gauges:
             lost = self.terrain.missing.flat[self.grid().cells_at(self.watch.gauges, "`gauges`")]
             if lost.any():

@@ -61,6 +61,7 @@ class Watch:
         given; with two None is 0.1.
     density, least : of `HazardMaps`; with one axis ``density`` has no effect and is refused.
     path : points (x, y) of a path line, see `RunOut` and `read_path`; two axes alone.
+    observed : outline of what was observed, as `compare_outline` takes it, on a terrain: its score is in output and report.
     """
 
     gauges: tuple[Any, ...] = attrs.field(default=(), converter=_places)
@@ -69,6 +70,7 @@ class Watch:
     density: float = validation.number(2000.0, above=0.0)
     least: float = validation.number(0.01, above=0.0)
     path: tuple[tuple[float, float], ...] = attrs.field(default=(), converter=_path)
+    observed: Any = None
 
     def check(self, ends: Sequence[tuple[float, float]]) -> None:
         """Raise ValueError where a gauge or a line has not one coordinate per axis, or lies outside of the scene.

@@ -18,6 +18,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.mass_balance import EDGES, mass_balance
 from fvkit_granular.studies.series import is_series, series_names, write_series
 from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
+from fvkit_granular.terrain.outline import compare_outline
 from fvkit_granular.terrain.rasters import write_raster
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -135,7 +136,23 @@ def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
         lines.append(f"it reaches from {np.nanmax(heights):.5g} down to {np.nanmin(heights):.5g} m of elevation")
     lines.append(f"largest depth {maps['depth'].max():.4g} m, speed {maps['speed'].max():.4g} m/s, dynamic pressure "
                  f"{maps['pressure'].max() / 1e3:.4g} kPa")
+    if scene.watch.observed is not None:
+        score = compare_outline(maps["depth"], scene.watch.observed, scene.terrain, hazard.threshold)
+        lines.append(f"deeper than {hazard.threshold:g} m against what was observed: {score}")
     lines.append(f"equations for {getattr(model, 'slope', 'mild')} slopes")
+    return "\n".join(lines)
+
+
+def _computed_with(scene: Scene, solution: Solution) -> str:
+    """Return model and sources as text, with the range of what varies over the ground in place of its cells."""
+    lines = [str(solution.model)]
+    for source in scene.sources:
+        told = []
+        for name in source.parameter_names():
+            value = getattr(source, name)
+            several = np.ndim(value) > 0
+            told.append(f"{name}={np.min(value):.6g} to {np.max(value):.6g}, by cell" if several else f"{name}={value}")
+        lines.append(f"{type(source).__name__}({', '.join(told)})")
     return "\n".join(lines)
 
 
@@ -152,7 +169,7 @@ def _page(scene: Scene, solution: Solution, summary: str, told: Sequence[str], p
         parts.append(f'<figure><img alt="{name}" src="data:image/png;base64,{picture}"><figcaption>{name}</figcaption></figure>')
     parts += [f"<h2>Terrain</h2><pre>{html.escape(scene.terrain.describe())}</pre>",
               f"<h2>Release</h2><pre>{html.escape(str(scene.release))}</pre>",
-              "<h2>Computed with</h2><pre>" + html.escape(f"{solution.model}\n" + "\n".join(map(str, scene.sources))) + "</pre>",
+              f"<h2>Computed with</h2><pre>{html.escape(_computed_with(scene, solution))}</pre>",
               f"<p>{html.escape(versions)}. {html.escape(kept['citation'])}</p>"]
     head = f'<meta charset="utf-8"><title>{html.escape(scene.name or "report")}</title><style>{STYLE}</style>'
     return f'<!DOCTYPE html><html lang="en"><head>{head}</head><body>' + "\n".join(parts) + "</body></html>\n"

@@ -246,7 +246,7 @@ def swept(folder, given):
     try:
         result = fv.sweep(members.square, given, workers=1, folder=folder)
     except ValueError as error:
-        return 3 if "holds another sweep: parameters differ" in str(error) else 4
+        return 3 if "holds another sweep, of other parameters" in str(error) else 4
     return 0 if np.array_equal(result.outputs["value"], np.square(given["x"])) else 5
 
 

@@ -43,6 +43,7 @@ def test_rasters_and_arrays_are_outlines_too(tmp_path):
     values[0, 0] = np.nan
     observed = reached(slice(2, 4), slice(0, 4), 1.0)
     path = gr.write_raster(tmp_path / "observed.asc", np.where(observed > 0.0, observed, np.nan), terrain)
+    assert gr.compare_outline(path, observed, terrain) == gr.compare_outline(observed, observed, terrain)
     for given in (observed, path):
         assert gr.compare_outline(values, given, terrain) == gr.OutlineScore(100.0, 100.0, 100.0)
     assert gr.compare_outline(values, observed, terrain, above=0.6).hits == 0.0
