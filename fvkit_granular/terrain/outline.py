@@ -73,7 +73,8 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
     Raises
     ------
     ValueError, TypeError
-        If shapes, grids or CRS differ, or a file is damaged, as in `read_release`; polygons may reach beyond the terrain here.
+        If shapes, grids or CRS differ, or a file is damaged, as in `read_release`; polygons may reach beyond the terrain here,
+        but not lie beyond it altogether.
 
     Examples
     --------
@@ -91,6 +92,9 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
     if cells.shape != ground.grid.shape:
         raise ValueError(f"`values` must have the shape of the terrain, {ground.grid.shape}, got {cells.shape}")
     covered, total = _observed(observed, ground)
+    if total > 0.0 and not covered.any():
+        raise ValueError(f"`observed` must reach into the terrain, {ground.name!r}, got an outline that lies beyond it: look at "
+                         "its coordinates and CRS")
     computed, known = np.nan_to_num(cells, nan=-np.inf) > threshold, ~ground.missing
     area = ground.grid.cell_volume
     hits, misses = (area * float(covered[known & where].sum()) for where in (computed, ~computed))

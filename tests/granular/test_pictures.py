@@ -219,3 +219,8 @@ friction = {type = "coulomb", nu = 0.2}
     for name in ("profile.png", "depth.png"):
         with Image.open(out / name) as picture:
             assert shown(picture) > 2e-3
+
+
+def test_the_name_of_a_file_is_no_axes():
+    with pytest.raises(TypeError, match=r"`ax` must be .*x\.pdf.*figure\.savefig"):
+        fv.solve(gr.scene("rest").problem(gr.ShallowWater, 4), backend="numpy").plot("x.pdf")

@@ -60,6 +60,12 @@ def test_outlines_that_do_not_fit_are_refused(change, words):
         gr.compare_outline(**dict(values=np.zeros((6, 8)), observed=OUTLINE, terrain=ramp()) | change)
 
 
+def test_an_outline_beyond_the_terrain_is_refused():
+    away = {"type": "Polygon", "coordinates": [[[47.1, 10.2], [47.2, 10.2], [47.2, 10.3]]]}
+    with pytest.raises(ValueError, match="`observed` must reach into the terrain"):
+        gr.compare_outline(np.zeros((6, 8)), away, gr.Terrain(fv.Grid((1000.0, 2000.0), (1080.0, 2060.0), (8, 6)), np.zeros((6, 8))))
+
+
 def test_a_map_shows_ground_results_release_and_scale(tmp_path):
     terrain = ramp(nx=80, ny=60, missing=[(0, 0), (59, 79)])
     release = gr.read_release(OUTLINE, terrain, 1.0)
