@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import attrs
@@ -150,8 +151,8 @@ def _run(options: argparse.Namespace) -> int:
                      checkpoint=checkpoint, observers=tuple(watched.values()), backend=options.backend,
                      progress=sys.stderr.isatty(), throw=False)
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
-    again = f"{options.scene} {_recording(options)}" if watched else ""
-    kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {checkpoint.path}" \
+    again = f"{quote(options.scene)} {_recording(options)}" if watched else ""
+    kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {quote(str(checkpoint.path))}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
     try:
         code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),

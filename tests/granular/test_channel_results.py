@@ -94,6 +94,13 @@ def test_options_record_in_place_of_the_scene_and_a_run_goes_on_with_them(place,
     assert "h at 30" in table(place / "whole" / "gauges.csv")
 
 
+def test_a_name_with_blanks_is_quoted_in_what_goes_on(place, capsys):
+    (place / "my channel.toml").write_text(SCENE)
+    assert main(["run", "my channel.toml", "--cells", "20", "--backend", "numpy", "--checkpoint", "my run.npz"]) == 0
+    assert "fvkit run 'my channel.toml' --resume 'my run.npz'" in capsys.readouterr().out
+    assert (place / "fvkit-run-my channel" / "run.txt").exists()
+
+
 def test_a_later_run_that_records_nothing_leaves_no_series_of_this_one(place):
     assert run("--out", "here") == 0
     (place / "channel.toml").write_text(SCENE.rsplit("outputs", 1)[0])
