@@ -12,7 +12,7 @@ from fvkit.pointwise import combine
 from fvkit.problem.boundary import Continued, Given, beyond, slope_beyond
 from fvkit.problem.grid import Axis
 from fvkit_granular.csv_table import read_columns
-from fvkit_granular.models.beyond_the_end import falling_share, mean_speed
+from fvkit_granular.models.beyond_the_end import falling_share, gravity, mean_speed
 from fvkit_granular.models.quantities import critical_depth
 
 
@@ -128,7 +128,8 @@ class Hydrograph(Continued):
     def values(self, model: Any, t: float) -> tuple[float, ...]:
         discharge, phi = self.at(t)
         masses, momenta = of_flow(model, self, 1.0, phi)
-        least = critical_depth(discharge, model.g) if self.depth is None else at_time(t, self.times, self.depth)
+        least = at_time(t, self.times, self.depth) if self.depth is not None else \
+            critical_depth(discharge, gravity(model, self.ground[0] if self.ground else 0.0))
         entering = discharge * self.inward
         moving, fluxes = [entering * value for value in momenta], [entering * masses[row] for row in model.mass_rows()]
         return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes, *self.ground)
@@ -215,7 +216,7 @@ class FixedLevel(Continued):
         # level is its total head.
         enters = v * minimum(maximum(STILL * (h - LOWER * depth), 0.0), depth)
         # Speed of inward waves; that of a hydraulic jump if the lake is deeper.
-        unfelt = wet & (out > np.sqrt(model.g * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
+        unfelt = wet & (out > np.sqrt(gravity(model, slope) * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
         flow = beyond(self, model, q, values)
         has = model.depth(flow)
         leaves, scale = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0))

@@ -72,7 +72,7 @@ class Kernel(ABC):
 
     def fill_ghosts(self, q: np.ndarray, t: float) -> None:
         """Fill the ghost cells of a padded state."""
-        model = self.problem.model
+        model = self.parts.model
         given = self._given_values = self.ghost_values(t) if self._values is None else self._values
         for side, (ghosts, seen), numbers, values in zip(self.problem.ends, self._slices, self._layers, given, strict=True):
             for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), side.layer(values, numbers)), strict=True):
@@ -120,7 +120,7 @@ class Kernel(ABC):
 
     def ghost_values(self, t: float) -> tuple[tuple[float, ...], ...]:
         """What the boundary conditions of both sides give to their ``ghost`` at time t."""
-        return tuple(side.values(self.problem.model, t) for side in self.problem.ends)
+        return tuple(side.values(self.parts.model, t) for side in self.problem.ends)
 
     def restarted(self) -> None:
         """Forget what is known of the state, since another one has been put in its place; nothing by default."""

@@ -11,6 +11,7 @@ from fvkit.backends.numpy_stages import Field, Runner, cut
 from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
 from fvkit.backends.runge_kutta import TRANSPORT, Term, program
 from fvkit.pointwise import CHUNK
+from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme
 
@@ -92,21 +93,23 @@ class NumpyKernel(StepwiseKernel):
                     flux[0] = [row[-low] for row in through]
                 if start + n == self.cells:
                     flux[1] = [row[n - low] for row in through]
-            faces, depths = self._lost_faces(fields["q"], n, closing=start + n == self.cells)
+            faces, depths = self._lost_faces(fields["q"], fields["aux"], n, closing=start + n == self.cells)
             if len(faces):
                 lost_face = start + int(faces[0]) if lost_face < 0 else lost_face
                 lost = lost.more(depths, len(faces))
         return float(np.maximum.reduce(speeds)), flux, lost, lost_face
 
-    def _lost_faces(self, q: Field, n: int, closing: bool) -> tuple[Any, np.ndarray | None]:
+    def _lost_faces(self, q: Field, aux: Field, n: int, closing: bool) -> tuple[Any, np.ndarray | None]:
         """Faces of a chunk whose Roe mean has complex speeds, and their depths; the last face belongs to the next chunk."""
-        model = self.problem.model
+        model = self.parts.model
         if not model.defines("hyperbolic_discriminant"):
             return (), None
-        ql, qr = (cut(q, self._runner.part("q", offset, 0, int(closing), n)) for offset in (-1, 0))
-        if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
+        face = ql, qr, _, _ = [cut(field, self._runner.part(name, offset, 0, int(closing), n))
+                               for name, field in (("q", q), ("aux", aux)) for offset in (-1, 0)]
+        if model.defines("may_lose_hyperbolicity") and not at_face(model, "may_lose_hyperbolicity", *face).any():
             return (), None
-        faces, depths = np.flatnonzero(model.hyperbolic_discriminant(ql, qr) < 0.0), deepness(model, ql, qr)
+        faces = np.flatnonzero(at_face(model, "hyperbolic_discriminant", *face) < 0.0)
+        depths = deepness(model, ql, qr)
         return faces, None if depths is None else np.broadcast_to(depths, np.shape(ql[0]))[faces]
 
     def rate(self, q: np.ndarray, t: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from fvkit.backends.numpy_stages import Field, Runner, cut
 from fvkit.backends.python_loop import Lost
 from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
 from fvkit.pointwise import CHUNK
+from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, SPEED, Parts, Scheme
 
@@ -54,7 +55,7 @@ class NumpySweep(Sweep):
             if masses and not self.periodic:
                 low = runner.lows[MASS_FLUX]
                 flux += [[row[face - low].sum() for row in fields[MASS_FLUX]] for face in (0, n)]
-            count, depths, where = self._lost_faces(fields["q"], lanes)
+            count, depths, where = self._lost_faces(fields["q"], fields["aux"], lanes)
             if count:
                 lost, first = lost.more(depths, count), where if first < 0 else first
         return Report(float(np.maximum.reduce(speeds)), flux, lost, first)
@@ -70,15 +71,16 @@ class NumpySweep(Sweep):
                 row[face, low - here.start:high - here.start] = \
                     value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
 
-    def _lost_faces(self, q: Field, lanes: slice) -> tuple[int, np.ndarray | None, int]:
+    def _lost_faces(self, q: Field, aux: Field, lanes: slice) -> tuple[int, np.ndarray | None, int]:
         """Number of faces whose Roe mean has complex speeds, their depths, and the number of the cell behind the first."""
         model, n, halo = self.model, self.axis.num_cells, self.halo
         if not model.defines("hyperbolic_discriminant"):
             return 0, None, -1
-        ql, qr = (cut(q, slice(halo + offset, halo + n + 1 + offset)) for offset in (-1, 0))
-        if model.defines("may_lose_hyperbolicity") and not model.may_lose_hyperbolicity(ql, qr).any():
+        face = ql, qr, _, _ = [cut(field, slice(halo + offset, halo + n + 1 + offset))
+                               for field in (q, aux) for offset in (-1, 0)]
+        if model.defines("may_lose_hyperbolicity") and not at_face(model, "may_lose_hyperbolicity", *face).any():
             return 0, None, -1
-        faces = np.nonzero(model.hyperbolic_discriminant(ql, qr) < 0.0)
+        faces = np.nonzero(at_face(model, "hyperbolic_discriminant", *face) < 0.0)
         if not len(faces[0]):
             return 0, None, -1
         depths, along, line = deepness(model, ql, qr), min(int(faces[0][0]), n - 1), lanes.start + int(faces[1][0])

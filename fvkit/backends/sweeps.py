@@ -18,7 +18,7 @@ from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
-from fvkit.problem.turned import turned
+from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
@@ -88,6 +88,10 @@ class Sweep(ABC):
     def prepare(self, given: np.ndarray, threads: int) -> None:
         """Make what runs the stages, once it is known which of the ``given`` rows are not zero everywhere."""
 
+    def idle(self, side: int) -> bool:
+        """Whether it is known, without a look, that nothing has ever stood where the ghost cells of a side look."""
+        return False
+
     def _border(self, section: Section, left: bool) -> Border:
         ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
         count = np.arange(self.halo, 0, -1.0) if left else np.arange(1.0, self.halo + 1.0)
@@ -114,14 +118,16 @@ class Sweep(ABC):
         whole, model = self.lines(q), self.model
         carriers = [self.rows[phase.masses[-1]] for phase in model.phases]
         self.values = []
-        for side in self.borders:
+        for side, borders in enumerate(self.borders):
             self.values.append([])
-            for section, ghosts, seen, numbers, kept, quiet in side:
+            idle = self.idle(side)
+            for section, ghosts, seen, numbers, kept, quiet in borders:
                 values = section.values(model, t) if kept is None else kept
                 self.values[-1].append(values)
                 end, lanes = section.first, section.lanes
-                if quiet and not whole[:, seen, lanes].any():
-                    whole[:, ghosts, lanes] = 0.0
+                if quiet and (idle or not whole[:, seen, lanes].any()):
+                    if not idle:
+                        whole[:, ghosts, lanes] = 0.0
                     continue
                 state = tuple(whole[row, seen, lanes] for row in self.rows)
                 for row, item in zip(self.rows, end.ghost(model, state, end.layer(values, numbers)), strict=True):
@@ -278,7 +284,7 @@ class PlaneKernel(StepwiseKernel):
         if self.joint:
             self._look_across(start, middle, first)
         if self.parts.across:
-            self.given[first.number][-1] = 0.0
+            self._clear(self.given[first.number][-1])
         one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
             # The step is too long, and its state may have negative masses: the second sweep must not see it.
@@ -309,6 +315,10 @@ class PlaneKernel(StepwiseKernel):
 
     def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         """Find where something stands, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the rest."""
+
+    def _clear(self, row: np.ndarray) -> None:
+        """Set to 0 a padded row that sweeps write."""
+        row[:] = 0.0
 
     def _look_across(self, q: np.ndarray, t: float, filled: Sweep) -> None:
         """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it.
@@ -348,8 +358,7 @@ class PlaneKernel(StepwiseKernel):
         aux = tuple(self._cells(self.given[0][:self._known], where))
         before = tuple(inside[row] for row in places)
         if plane:
-            after = turned(source, sweep.model, before, before, before,
-                           lambda _, state: source.step(self.parts.model, state, aux, dt), along_only=not source.between_phases)
+            after = stepped(source, sweep.model, before, lambda state: source.step(self.parts.model, state, aux, dt))
         else:
             after = source.step(self.parts.model, before, aux, dt)
         for k, row in enumerate(map(places.index, self.mass_rows)):

@@ -33,6 +33,11 @@ def wave_speeds(model, q, aux):
     return model.wave_speeds(q, aux[:len(model.aux)]) if "wave_speeds" in model.takes_aux else model.wave_speeds(q)
 
 
+def at_face(model, name, ql, qr, auxl, auxr):
+    """Return what a model answers to a question of a face that it may answer without the aux values."""
+    return getattr(model, name)(ql, qr, *((auxl[:len(model.aux)], auxr[:len(model.aux)]) if name in model.takes_aux else ()))
+
+
 def looks_between(model):
     """Whether speeds between the states of a face are looked at, not only those of both sides."""
     return model.scans or model.defines("speeds_between")
@@ -69,8 +74,7 @@ def face_speeds(model, ql, qr, auxl, auxr):
     those of some states between as well, and the speed [f]/[q] of the jump.
     """
     if model.defines("speeds_between"):
-        sides = (auxl[:len(model.aux)], auxr[:len(model.aux)]) if "speeds_between" in model.takes_aux else ()
-        return model.speeds_between(ql, qr, *sides)
+        return at_face(model, "speeds_between", ql, qr, auxl, auxr)
     low, high = end_speeds(model, ql, qr, auxl, auxr)
     if not looks_between(model):
         return low, high

@@ -273,8 +273,10 @@ class Given(Continued, ABC):
     def _entering(self, model: Model, state: tuple[float, ...]) -> tuple[float, ...]:
         """The fluxes of the masses of a state that is faster than its waves, else (): nothing inside can hold those back, but
         a solver that sees water fall from the ghost cells to dry ground lets in more."""
-        inwards = -np.sign(self.ground[-1])
-        if min(inwards * speed for speed in answers.wave_speeds(model, state, (0.0,) * len(model.aux))) < 0.0:
+        inwards, aux = -np.sign(self.ground[-1]), [0.0] * len(model.aux)
+        for row, slope in zip(model.slope_rows[:1], self.ground, strict=False):
+            aux[row] = slope
+        if min(inwards * speed for speed in answers.wave_speeds(model, state, tuple(aux))) < 0.0:
             return ()
         return tuple(float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
 

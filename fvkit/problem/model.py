@@ -200,12 +200,13 @@ class Model(Part, ABC):
 
     @default
     def hyperbolic_discriminant(self, ql, qr):
-        """Return a number per face, negative where the Roe mean has complex speeds. Asked only where defined."""
+        """Return a number per face, negative where the Roe mean has complex speeds; also with ``auxl, auxr``. Asked only where
+        defined."""
         raise NotImplementedError(f"{type(self).__name__} defines no `hyperbolic_discriminant`: faces are not counted")
 
     @default
     def may_lose_hyperbolicity(self, ql, qr):
-        """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; that is then not computed."""
+        """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; also with ``auxl, auxr``."""
         raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
 
     def along(self, axis: int) -> "Model":

@@ -57,8 +57,8 @@ MODEL: tuple[Question, ...] = (
     Question("beyond", ("q", "slopes", "distance"), "state", "open ends"),
     Question("settle", ("q",), "state", "every step"),
     Question("admissible", ("q",), "number", "every step"),
-    Question("hyperbolic_discriminant", ("ql", "qr"), "number", "every step"),
-    Question("may_lose_hyperbolicity", ("ql", "qr"), "number", "every step"),
+    Question("hyperbolic_discriminant", ("ql", "qr"), "number", "every step", ("auxl", "auxr")),
+    Question("may_lose_hyperbolicity", ("ql", "qr"), "number", "every step", ("auxl", "auxr")),
 )
 SOURCE: tuple[Question, ...] = (
     Question("step", ("model", "q", "aux", "dt"), "state", "splitting"),

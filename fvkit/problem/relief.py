@@ -30,8 +30,9 @@ class Slopes:
     ----------
     values : cell averages, of the shape of the grid.
     grid : the cells.
-    bends : whether second derivatives stand behind the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of values that are smoothed
-        by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. A cliff bends them.
+    bends : whether second derivatives stand behind the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of slopes that are smoothed
+        by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. Of five differences in a row they have
+        the median: it leaves out a cliff of one or two faces, and keeps the whole turn of a kink.
     """
 
     values: np.ndarray
@@ -58,9 +59,9 @@ class Slopes:
         axes, last = self.grid.axes, len(self.grid.axes) - 1
         rows = [_limited(self.values, last - k, axis.dx) for k, axis in enumerate(axes)]
         if self.bends:
-            smooth = _averaged(self.values)
-            first = [_derivative(smooth, last - k, axis.dx) for k, axis in enumerate(axes)]
-            rows += [_derivative(first[i], last - j, axes[j].dx) for i, j in SECOND[len(axes)]]
+            first = [_averaged(_without_cliffs(self.values, last - k, axis.dx)) for k, axis in enumerate(axes)]
+            rows += [0.5 * (_derivative(first[i], last - j, axes[j].dx) + _derivative(first[j], last - i, axes[i].dx))
+                     for i, j in SECOND[len(axes)]]
         return np.array(rows)
 
 
@@ -79,6 +80,22 @@ def _averaged(values: np.ndarray) -> np.ndarray:
             range(first, first + values.shape[axis]), axis=axis) for first in (0, 2))
         values = 0.5 * values + 0.25 * (behind + ahead)
     return values
+
+
+def _without_cliffs(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
+    """The slope of cell averages along an array axis, of medians of five differences in a row: without cliffs, but with kinks."""
+    if values.shape[axis] == 1:
+        return np.zeros(values.shape)
+    one_sided = np.diff(values, axis=axis) / dx
+    row = min(5, one_sided.shape[axis])
+    medians = np.median(np.lib.stride_tricks.sliding_window_view(one_sided, row, axis=axis), axis=-1)
+    edges = [((row + 1) // 2, row // 2 + 1) if k == axis else (0, 0) for k in range(values.ndim)]
+    if medians.shape[axis] > 1:  # straight on at the ends: a wall at the edge is no slope either
+        medians = np.pad(medians, edges, mode="reflect", reflect_type="odd")
+    else:
+        medians = np.pad(medians, edges, mode="edge")
+    behind, ahead = (medians.take(range(first, first + values.shape[axis]), axis=axis) for first in (0, 1))
+    return np.asarray(0.5 * (behind + ahead))
 
 
 def _derivative(values: np.ndarray, axis: int, dx: float) -> np.ndarray:

@@ -22,6 +22,24 @@ def turned(source, model, reference, before, after, law, along_only=False):
     return turned_back(model, result, across, ways)
 
 
+def stepped(source, model, state, law):
+    """Return what a one-dimensional ``law`` makes of a state: along its velocities, or along the slip and alike across it.
+
+    A momentum along the velocity is scaled as the law scales it, so one that the law leaves is the same to the bit.
+    """
+    if source.between_phases:
+        return turned(source, model, state, state, state, lambda _, end: law(end))
+    ways = directions(source, model, state)
+    along, _ = components(model, state, ways)
+    result, both = law(along), []
+    old = zip(momenta(model, state), state[len(model.conserved):], strict=True)
+    for (m, w), now, then, (c, s) in zip(old, momenta(model, result), momenta(model, along), ways, strict=True):
+        moves = then != 0.0
+        factor = now / where(moves, then, 1.0)
+        both.append((where(moves, m * factor, now * c), where(moves, w * factor, now * s)))
+    return (*with_momenta(model, result, [m for m, _ in both]), *(w for _, w in both))
+
+
 def driven_in_plane(source, model, before, after, bearing, aux, dt):
     """Return the state after dt under a drive and a source, see `fvkit.Source.driven`, with the momenta across behind it.
 

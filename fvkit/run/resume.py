@@ -1,6 +1,7 @@
 """`resume`: continue a run from its checkpoint."""
 
-from collections.abc import Callable, Iterable, Mapping
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.backends import BACKENDS
 from fvkit.files import Unreadable
-from fvkit.output.configuration import model_and_grid, parsed, part
+from fvkit.output.configuration import CALLABLE, OBJECT, describe, model_and_grid, parsed, part
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.problem.problem import Problem
@@ -36,7 +37,7 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     t_end : new end time, s; None for the output times of the run. A later end time is one more output, so the result is
         that of a run whose ``times`` contain the old and the new end time. An earlier end time drops the later outputs.
     problem, scheme : problem and scheme of the run; None takes both from the file. Needed where the file cannot store an
-        object, such as an inflow that is a function of time; the problem must then have the same initial state.
+        object, such as an inflow that is a function of time; both must then be those of the run in all that a file can store.
     backend : backend; None for that of the run, which is needed for bit-identical results.
     limits : as for `solve`, counted from the start of the run; None for the limits of the run, or for the default if the
         run ended at one of its limits.
@@ -53,8 +54,8 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     Raises
     ------
     ValueError
-        For an invalid file, for an object that a file cannot store, and for a ``problem`` that differs from that of the run;
-        the message contains the file and the reason.
+        For an invalid file, for an object that a file cannot store, and for a ``problem`` or ``scheme`` that differs from
+        that of the run; the message contains the file and the reason.
     SolveError
         As for `solve`.
     """
@@ -67,8 +68,8 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     if not q.size:
         raise archive.refused("it holds no state")
     own = scheme is None and problem is None
-    scheme = _part(archive, kept, "scheme", Scheme, "scheme") if scheme is None else scheme
-    problem = _problem(archive, kept, q[0], scheme) if problem is None else _same(problem, archive, q[0])
+    scheme = _part(archive, kept, "scheme", Scheme, "scheme") if scheme is None else _unchanged(scheme, "scheme", kept, archive)
+    problem = _problem(archive, kept, q[0], scheme) if problem is None else _same(problem, kept, archive, q[0])
     t, times = archive.numbers("t", (len(q),)), archive.numbers("times", (None,)).tolist()
     snapshot = _snapshot(archive, problem)
     if t_end is not None:
@@ -141,7 +142,7 @@ def _problem(archive: Archive, kept: Mapping[str, Any], q0: np.ndarray, scheme: 
         raise archive.refused(f"its problem cannot be made again: {error}") from None
 
 
-def _same(problem: Problem, archive: Archive, q0: np.ndarray) -> Problem:
+def _same(problem: Problem, kept: Mapping[str, Any], archive: Archive, q0: np.ndarray) -> Problem:
     """Return the given problem, or raise ValueError where it differs from that of the run."""
     validation.instance(problem, "problem", Problem)
     if not np.array_equal(problem.q0, q0):
@@ -149,4 +150,35 @@ def _same(problem: Problem, archive: Archive, q0: np.ndarray) -> Problem:
     for name, values in problem.aux_averages.items():
         if not np.array_equal(values, archive.numbers(f"aux_{name}", values.shape)):
             raise ValueError(f"`problem` has another {name!r} than the run of {archive.path}")
+    for name in ("model", "boundary", "sources"):
+        _unchanged(getattr(problem, name), name, kept, archive)
     return problem
+
+
+def _unchanged(value: Any, name: str, kept: Mapping[str, Any], archive: Archive) -> Any:
+    """Return a part of a run, or raise ValueError where it differs from that of the checkpoint in what a file can hold."""
+    place, now, then = next(_differences(json.loads(json.dumps(describe(value))), kept.get(name), name), ("", None, None))
+    if place:
+        raise ValueError(f"{place} is {_named(now)}, but {_named(then)} in the run of {archive.path}: a run goes on with its own "
+                         "physics and scheme. Give those, or begin a new run")
+    return value
+
+
+def _named(described: Any) -> str:
+    """Return what a message says of a result of `describe`: of several parts their names."""
+    if isinstance(described, list) and all(isinstance(item, Mapping) and "class" in item for item in described):
+        return f"({', '.join(item['class'] for item in described)})"
+    return validation.shown(described)
+
+
+def _differences(now: Any, then: Any, place: str) -> Iterator[tuple[str, Any, Any]]:
+    """Yield where two results of `describe` differ, and both values there; functions cannot be compared."""
+    if isinstance(now, Mapping) and isinstance(then, Mapping) and now.keys() == then.keys():
+        if not now.keys() & {CALLABLE, OBJECT}:
+            for key in now:
+                yield from _differences(now[key], then[key], f"{place}.{key}")
+    elif isinstance(now, list) and isinstance(then, list) and len(now) == len(then):
+        for k, pair in enumerate(zip(now, then, strict=True)):
+            yield from _differences(*pair, f"{place}[{k}]")
+    elif now != then:
+        yield place, now, then

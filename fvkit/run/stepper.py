@@ -23,6 +23,9 @@ from fvkit.schemes.scheme import Scheme
 #: Number of steps above that of any run.
 UNLIMITED = 2**62
 
+#: Parts of a run in each of which sources and conditions that vary in time are looked at while all is dry.
+IDLE = 100
+
 #: Tolerance when checking that `wave_speeds` returns (smallest, largest).
 SWAPPED = 1e-9
 
@@ -174,13 +177,22 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
-        target = min(target, next((t for t in self._breaks if t > march.t), np.inf))
+        look = self._next_look if np.isfinite(target) else np.inf  # else the step has been asked for
+        target = min(target, next((t for t in self._breaks if t > march.t), np.inf), look)
         while max_steps > 1 and self._resting:
             self._take(target, 1)
             max_steps -= 1
             if march.t >= target:
                 return
         self._take(target, max_steps)
+
+    @property
+    def _next_look(self) -> float:
+        """Time to look again at sources and conditions that vary in time while all is dry and no speed has bounded a step."""
+        problem, march = self.problem, self._march
+        seen = problem.steady_boundary and all(field.steady or field.breaks() for field in problem.fields)  # steps end at breaks
+        moves = march.max_cfl > 0.0 if march.steps else np.isfinite(march.dt)
+        return np.inf if seen or moves else march.t + (problem.t_end - problem.t_start) / IDLE
 
     @property
     def _resting(self) -> bool:

@@ -154,13 +154,8 @@ def _run(options: argparse.Namespace) -> int:
     again = f"{quote(options.scene)} {_recording(options)}" if watched else ""
     kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {quote(str(checkpoint.path))}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
-    try:
-        code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
-                     Recorded(chosen, watched, f".{options.rasters}", options.format))
-    except OSError as error:
-        error.add_note(f"the run: {solution.message}")
-        error.add_note(kept or "its result is lost: with --checkpoint FILE it can go on from there")
-        raise
+    code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
+                 Recorded(chosen, watched, f".{options.rasters}", options.format), kept)
     if kept:
         print(f"  {kept}")
     return code
@@ -290,8 +285,11 @@ def _watched(scene: Scene) -> dict[str, Any]:
 
 
 def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,
-          recorded: Recorded | None = None) -> int:
-    """Write the files of a run, print what is to be said, and return the exit code."""
+          recorded: Recorded | None = None, again: str = "") -> int:
+    """Write the files of a run, print what is to be said, and return the exit code.
+
+    ``again`` says how the run goes on where its result cannot be written.
+    """
     folder = results_folder(options, "run", name)
     kept = not solution.success and _succeeded(folder)
     folder = folder / UNSUCCESSFUL if kept else folder
@@ -305,25 +303,38 @@ def _show(name: str, solution: Solution, reference: Reference | None, options: a
         solution.configuration["crs"] = recorded.scene.terrain.crs
         balance = attrs.asdict(mass_balance(recorded.scene, solution, recorded.watched["hazard"]))
         solution.configuration["mass_balance"] = plain(balance)
-    for file in [folder / "solution.npz", *([folder / "solution.nc"] if options.netcdf else []),
-                 *([] if options.save is None else [options.save])]:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        solution.save(file)
-    pictures = _pictures(axes, options, on_terrain(scene))
-    save_all(folder, {f"{picture}.{options.format}": draw(solution) for picture, draw in pictures.items()})
-    if options.animate is not None:
-        film = folder / checked_film(options.animate)
-        film.parent.mkdir(parents=True, exist_ok=True)
-        solution.animate(film, PROFILE if axes == 1 else "map")
-    summary = "" if recorded is None else recorded.write(folder, solution)
+    saved: list[Path] = []
+    try:
+        for file in [folder / "solution.npz", *([folder / "solution.nc"] if options.netcdf else []),
+                     *([] if options.save is None else [options.save])]:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            saved.append(solution.save(file))
+        summary = _write_beside(folder, solution, options, recorded)
+        text = "\n  ".join(_told(title, solution, max(reached, _slope(solution)), summary, reference))
+        save_all(folder, {SUMMARY: text + "\n"})
+    except OSError as error:
+        error.add_note(f"the run: {solution.message}")
+        error.add_note(f"its result is kept in {saved[0]}, without all of the files beside it" if saved else
+                       again or "its result is lost: with --checkpoint FILE it can go on from there")
+        raise
     remove(folder, earlier, but=(*written, *(str(Path(name).with_suffix(".prj")) for name in written)))
-    text = "\n  ".join(_told(title, solution, max(reached, _slope(solution)), summary, reference))
-    save_all(folder, {SUMMARY: text + "\n"})
     print(text)
     extra = "" if options.save is None else f", {options.save}"
     older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
     print(f"  written to {folder}/: {', '.join(written)}{extra}{older}")
     return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
+
+
+def _write_beside(folder: Path, solution: Solution, options: argparse.Namespace, recorded: Recorded | None) -> str:
+    """Write pictures, film and what was recorded beside a solution, and return what is to be printed of the latter."""
+    axes = len(solution.grid.axes)
+    pictures = _pictures(axes, options, on_terrain(None if recorded is None else recorded.scene))
+    save_all(folder, {f"{picture}.{options.format}": draw(solution) for picture, draw in pictures.items()})
+    if options.animate is not None:
+        film = folder / checked_film(options.animate)
+        film.parent.mkdir(parents=True, exist_ok=True)
+        solution.animate(film, PROFILE if axes == 1 else "map")
+    return "" if recorded is None else recorded.write(folder, solution)
 
 
 def _told(title: str, solution: Solution, slope: float, summary: str, reference: Reference | None) -> list[str]:

@@ -18,10 +18,15 @@ def mean_speed(model, q):
     return where(wet, flow / where(wet, mass, 1.0), 0.0)
 
 
+def gravity(model, slope):
+    """Return gravity at an end over ground of this slope, m/s^2: that of the equations for steep ground where they are taken."""
+    return model.on_slope(1.0 + slope * slope).g if model.slope_rows else model.g
+
+
 def falling_share(model, q, slope):
     """Return the ratio of surface slope to bottom slope beyond an end, min(1, 10 Fr^2/S): 0 at rest, 1 for a river."""
     v = mean_speed(model, q)
-    falls = FRICTION * v * v / (model.g * maximum(model.depth(q), threshold(model.dry)))
+    falls = FRICTION * v * v / (gravity(model, slope) * maximum(model.depth(q), threshold(model.dry)))
     return falls / (maximum(falls, np.abs(slope)) + TINY)
 
 

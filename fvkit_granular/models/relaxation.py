@@ -50,13 +50,14 @@ def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
 
     P is the push, the part of the momentum jump that is not d(h v^2); d the stationary velocity jump at a bottom step
     (`fvkit_granular.models.wet_dry.carried_over`, which depends on the part of P ``taken`` by sources), F the mean discharge,
-    and x = max(vl - vr + max(d, 0), 0)::
+    x = max(vl - vr + max(d, 0), 0), and of the sound speeds the one that P pushes away from is at least w = sqrt(|P|/(hl + hr))::
 
         Al = al + 1.5 x + min(sqrt(P+/hl), P+/(hr ar)),   Ar = ar + 1.5 x + min(sqrt(P-/hr), P-/(hl al)),
         cl = hl Al,  cr = hr Ar,  vl* = (cl vl + cr (vr - d) - P - F d)/(cl + cr),  vr* = vl* + d,
         s1 = vl - Al,  s3 = vr + Ar,  hl* = cl/(vl* - s1),  hr* = cr/(s3 - vr*).
 
-    The extra terms keep v* between s1 and s3 for any data, so both depths are positive. Towards a wall v* is reduced by the
+    The extra terms keep v* between s1 and s3 for any data, so both depths are positive; with w they are at most 2 w. Without it
+    a trace of one phase beside deep flow of the other would be faster the thinner it is. Towards a wall v* is reduced by the
     wall fraction, and the rest of the jump is assigned to the lower side; d is 0 where v* would be near s1 or s3. Denominators
     are bounded away from 0; a phase absent on both sides has zero waves and speeds.
     """
@@ -64,6 +65,8 @@ def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
     wall, towards = wall_share(step, vl, vr, g)
     compression = 1.5 * maximum(vl - vr + maximum(stands, 0.0), 0.0)
     forward, size = push > 0.0, np.abs(push)
+    least = np.sqrt(size / (hl + hr + TINY))
+    al, ar = where(forward, al, maximum(al, least)), where(forward, maximum(ar, least), ar)
     from_depth, into = where(forward, hl, hr) + TINY, where(forward, hr * ar, hl * al) + TINY
     extra = minimum(np.sqrt(size / from_depth), size / into)
     speedl, speedr = al + compression + where(forward, extra, 0.0), ar + compression + where(forward, 0.0, extra)

@@ -14,15 +14,16 @@ class Curvature(Source):
 
     With c the cosine of the slope and kappa = u . Hess(b) u, the velocity u of each phase changes by -c^2 kappa grad(b), and its
     load is (g + kappa) c: a flow presses on the bottom of a valley and is light on a crest. kappa is kept within -0.9 and 10 g.
-    The Hessian is that of a bottom smoothed by the weights 1/4, 1/2, 1/4 along each axis: those of a raster are noise. It fails
-    beside cliffs, which bend it: a tower of 100 m doubled the speed of a flow beside it. Leave it out there.
+    The Hessian is that of slopes smoothed by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. Of
+    five differences in a row they have the median, so that a cliff of one or two faces bends nothing. One that is averaged into
+    cells askew to the grid spreads over three: beside it the Hessian remains wrong, as does that of a ravine of two cells.
 
     Needs ``slope="steep"``. It acts with the transport, on cells and faces, as friction does.
 
     Notes
     -----
     In friction alone it is worse than nowhere, so it has no such option. A block in a round valley (radius 60 m, 40 degrees,
-    Coulomb 0.25) comes to 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py).
+    Coulomb 0.25) comes to 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py). Energy: docs/validation_terrain.md.
 
     Source: the motion of a point on a surface, classical; derived here for layers.
 

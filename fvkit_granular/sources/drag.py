@@ -32,6 +32,10 @@ ITERATIONS = 6
 #: Number of secants of `Drag.resisted`; with 6 a law that grows as the square of the slip is left with an error of 3e-8.
 SECANTS = 7
 
+#: A phase whose mass has grown by more than this factor in a step has the slip that the drive alone gives it, in proportion: what
+#: stood there before was too little to have one.
+GROWN = 4.0
+
 #: Below this argument (exp(x) - 1)/x and log(1 + x)/x are taken from their series, to 1e-13.
 SERIES = 1e-3
 
@@ -188,7 +192,8 @@ class Drag(Source):
         free = velocity(hf, mf, model.dry) - velocity(hs, ms, model.dry)
         both = (hs > 0.0) & (hf > 0.0)
         slip = velocity(old_f, old_mf, model.dry) - velocity(old_s, old_ms, model.dry)
-        start = where(both & (old_s > 0.0) & (old_f > 0.0), slip, free)
+        stood = minimum(1.0, GROWN * minimum(share(old_s, hs), share(old_f, hf)))
+        start = where(both & (stood < 1.0), free + stood * (slip - free), where(both, slip, free))
         # The force acts on the mean masses of the step; the slip is that at the end of the step.
         solid, fluid = 0.5 * (hs + old_s), 0.5 * (hf + old_f)
         time = dt * drag_rate(hs, hf, model.gamma) * share(solid + fluid, hs + hf)

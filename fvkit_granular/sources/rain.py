@@ -40,6 +40,7 @@ class Rain(Source):
     -----
     It acts beside the transport. On ground that is dry everywhere nothing has a speed that bounds the first step: Strang's
     splitting, the default, finds the step from the water that half of it brings; with ``fv.Godunov()`` give ``dt_initial``.
+    An intensity of (x, t) is looked at once in each hundredth of the run while all is dry: for a shorter shower give ``dt_max``.
 
     Examples
     --------

@@ -16,7 +16,7 @@ from fvkit_granular.terrain.terrain import Terrain
 
 #: Readers by the end of a file's name.
 READERS: dict[str, Callable[[Path], Raster]] = {".asc": ascii_grid.read, ".txt": ascii_grid.read,
-                                                ".tif": geotiff.read, ".tiff": geotiff.read}
+                                                **dict.fromkeys((".tif", ".tiff", ".geotiff"), geotiff.read)}
 
 
 def read_raster(path: Any, name: str = "path", besides: tuple[str, ...] = ()) -> Raster:

@@ -137,6 +137,24 @@ def test_what_a_file_cannot_hold_is_named_and_can_be_given(path):
         fv.resume(path, problem=attrs.evolve(problem, aux={"b": 0.0}))
 
 
+def test_a_run_goes_on_with_its_own_physics_and_scheme_alone(path):
+    problem = avalanche(sources=(gr.CoulombFriction(0.4), gr.ConstantDrag(2.0)))
+    solve(problem, times=TIMES, limits=fv.Limits(steps=7), throw=False, checkpoint=fv.Checkpoint(path))
+    rough = gr.CoulombFriction(np.full(60, 0.4))
+    for change, words in (({"sources": (gr.CoulombFriction(0.3), gr.ConstantDrag(2.0))}, r"sources\[0\].nu is 0.3, but 0.4 in the run"),
+                          ({"sources": (gr.CoulombFriction(0.4), gr.ConstantDrag(3.0))}, r"sources\[1\].D is 3.0, but 2.0"),
+                          ({"sources": (rough, gr.ConstantDrag(2.0))}, r"sources\[0\].nu is .*, but 0.4"),
+                          ({"sources": (gr.Voellmy(0.4, 500.0), gr.ConstantDrag(2.0))}, r"sources\[0\] is "),
+                          ({"sources": ()}, "sources is "),
+                          ({"boundary": fv.Wall()}, r"boundary"),
+                          ({"model": gr.TwoPhase(gamma=0.4)}, r"model.gamma is 0.4, but 0.5")):
+        with pytest.raises(ValueError, match=words):
+            fv.resume(path, problem=attrs.evolve(problem, **change))
+    with pytest.raises(ValueError, match=r"scheme.cfl is 0.5, but 0.9"):
+        fv.resume(path, scheme=fv.WavePropagation(gr.Relaxation(), cfl=0.5))
+    assert_same(fv.resume(path, problem=problem), solve(problem, times=TIMES))
+
+
 def test_a_background_that_the_scheme_asks_at_faces_is_not_replaced_in_silence(path):
     def flow(x):
         return gr.TwoPhase().conserved_from(0.8 + 0.01 * np.sin(x), 0.5)

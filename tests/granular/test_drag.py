@@ -192,6 +192,16 @@ def test_momentum_of_an_absent_phase_does_not_move():
         np.testing.assert_array_equal(rates(law, q), 0.0 * q)
 
 
+@pytest.mark.parametrize("law", EVERY, ids=repr)
+def test_what_comes_where_a_phase_was_absent_does_not_hang_on_a_trace_of_it(law):
+    """A trace of 1e-20 m before a step, of any velocity, changes the momenta after it no more than its share of the mass."""
+    after, bearing = (0.3, 0.2, 0.4, 0.1), (0.2, 0.3)
+    absent = law.driven(MODEL, (0.2, 0.1, 0.0, 0.0), after, bearing, (0.0,), 0.1)
+    for velocity_before in (-50.0, 0.0, 3.0):
+        trace = law.driven(MODEL, (0.2, 0.1, 1e-20, 1e-20 * velocity_before), after, bearing, (0.0,), 0.1)
+        np.testing.assert_allclose(trace, absent, rtol=1e-12)
+
+
 def test_the_rate_of_decay_needs_no_square_of_a_depth():
     assert drag_rate(6e-301, 4e-301, 0.5) == pytest.approx(0.8 / 0.24)
     assert 1e149 < drag_rate(0.0, 1.0, 0.5) < 1e151

@@ -12,6 +12,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.pointwise import weighted
 from fvkit.problem.cell_averages import cell_averages
+from fvkit_granular.scenes.shapes import Step
 from tests.cases import GRANULAR, Stepper, name_of, solve
 from tests.tools.random_draws import draw
 from tests.tools.random_runs import run_random
@@ -43,6 +44,31 @@ def test_waves_add_up_to_the_jump_on_wild_faces(model):
         assert all(np.isfinite(speed).all() for speed in speeds)
         for phase, (_, momentum) in enumerate(model.phases):
             assert (np.diff([np.broadcast_to(s, 250_000) for s in speeds[3 * phase:3 * phase + 3]], axis=0) >= 0.0).all(), momentum
+
+
+@pytest.mark.parametrize("model", [gr.TwoPhase(), gr.PitmanLe(), gr.TwoLayer()], ids=name_of)
+def test_a_trace_of_one_phase_at_rest_is_not_faster_than_what_falls_from_the_surface(model):
+    """Sound sqrt(g (h + e)) and at most twice sqrt(push/mass), of a push of at most g (h + e) per mass, e the height of a step."""
+    rng, count = np.random.default_rng(1), 100_000
+    left, right = ([10.0 ** rng.uniform(-17.0, 1.0, count) * (rng.random(count) > 0.2) for _ in range(2)] for _ in range(2))
+    ql, qr = ((hs, 0.0 * hs, hf, 0.0 * hf) for hs, hf in (left, right))
+    bottom = 10.0 ** rng.uniform(-3.0, 2.0, count) * rng.integers(-1, 2, count)
+    face = ql, qr, (0.0 * bottom,), (bottom,)
+    with np.errstate(under="ignore"):
+        _, speeds = model.relaxation(*face, model.jump(*face))
+    highest = np.sqrt(9.81 * (sum(left) + sum(right) + np.abs(bottom)))
+    assert (np.abs(speeds).max(axis=0) <= 3.0 * highest).all()
+
+
+@pytest.mark.parametrize("riemann", [gr.Relaxation(), fv.HLL()], ids=name_of)
+def test_mixture_runs_up_a_shore_of_clear_water_in_as_many_steps_as_one_of_mixture(riemann):
+    scene = gr.scene("dam-break-island")
+    steps = {}
+    for phi in (0.1, 0.0):
+        flow = gr.ShapedFlow(surface=Step(5.0, 2.0, 0.4), phi=Step(5.0, 0.6, phi))
+        problem = attrs.evolve(scene, initial=flow).problem(gr.TwoPhase, 80)
+        steps[phi] = fv.solve(problem, fv.WavePropagation(riemann), nonhyperbolic="ignore").stats.steps
+    assert steps[0.0] <= 1.2 * steps[0.1]
 
 
 @settings(max_examples=60)
@@ -204,7 +230,7 @@ def test_dry_is_a_field_that_follows_the_scene_or_the_user():
 
 @pytest.mark.parametrize("riemann", SOLVERS, ids=name_of)
 def test_the_semi_discrete_form_is_finite_and_silent_on_dry_ground(riemann):
-    problem = gr.scene("dry-dam-break").problem(gr.TwoPhase, 40)
+    problem = gr.scene("dry-dam-break").problem(gr.TwoPhase, 80)
     rate = fv.rhs(problem, fv.WavePropagation(riemann))(0.0, problem.q0)
     assert np.isfinite(rate).all()
     assert rate[0].max() > 0.0, "the first dry cell fills"

@@ -473,3 +473,16 @@ def test_the_method_of_lines_says_where_it_would_split_friction():
     with pytest.warns(UserWarning, match=r"SSPRK104 alternates Manning with the transport.* Use integrator=fv\.ARK4\(\)"):
         coarse, fine = unsteady_errors(fv.MethodOfLines(fv.Roe()), (40, 80))
     assert np.log2(coarse / fine) < 2.2
+
+
+@pytest.mark.parametrize("model", [gr.ShallowWater(dry=1e-8), gr.TwoPhase(dry=1e-8)], ids=name_of)
+def test_a_film_above_deep_flow_that_leaves_it_pays_for_friction(model):
+    """Voellmy's turbulent part, g v^2/(xi h), lets 2 um of water at 3 m/s keep no more than its terminal speed sqrt(xi h/5) after 0.1 s."""
+    bottom, h = np.array([0.0, 0.0, 0.0, 2.0, 4.0, 6.0]), np.array([0.02, 0.02, 0.02, 2e-6, 0.0, 0.0])
+    q = model.conserved_from(h, 0.5, -3.0, -3.0)
+    problem = fv.Problem(model, fv.Grid(0.0, 60.0, 6), q, 1.0, aux={"b": bottom}, sources=gr.Voellmy(0.1, 500.0))
+    stepper = fv.Stepper(problem, backend="numpy")
+    stepper.step(0.1)
+    film = stepper.q[:, 3]
+    for masses, momentum in model.phases:
+        assert abs(film[momentum] / film[masses[-1]]) <= np.sqrt(500.0 * 2e-6 / 5.0)

@@ -11,10 +11,10 @@ FOUND = {
     # Pitman and Le's product drives thin fluid at fronts without bound.
     "pitman-le, front onto dry ground": ("pitman-le", "relaxation", 1, 54),
     "pitman-le, vanishing film on rough ground": ("pitman-le", "relaxation", 1, 26),
-    "pitman-le, solid with little fluid": ("pitman-le", "hll", 2, 38),
 }
 
-#: What once collapsed, and finishes since the ground goes on beyond open ends, and since rare phases lose their own rows alone.
+#: What once collapsed, and finishes since the ground goes on beyond open ends, and since rare phases lose their own rows alone,
+#: the last since a trace of a phase is no faster than its push over its mass.
 MENDED = {
     "inflow through an open end, one velocity": ("two-phase", "rusanov", 1, 536),
     "inflow through an open end, complex speeds": ("two-phase", "rusanov", 2, 517),
@@ -22,6 +22,7 @@ MENDED = {
     "film of fluid without drag": ("two-phase", "relaxation", 1, 489),
     "solid parting from a wall, order 2": ("two-phase", "rusanov", 2, 3677),
     "slow start on rough ground": ("two-layer", "roe", 2, 314),
+    "pitman-le, solid with little fluid": ("pitman-le", "hll", 2, 38),
 }
 
 #: Thin films, the last of 1e-27 m, where a last digit decides what the product does. A face that is computed twice, at both ends of a ring,

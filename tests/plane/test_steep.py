@@ -250,3 +250,54 @@ def test_second_derivatives_of_a_paraboloid():
     inner = (slice(3, -3), slice(3, -3))
     for row, value in zip(rows[2:], (1.0, 0.3, -0.4), strict=True):
         np.testing.assert_allclose(row[inner], value, atol=1e-12)
+
+
+#: Cliffs of 100 m: how far a place is beyond each.
+CLIFFS = {"tower": lambda x, y: np.minimum(20.0 - np.abs(x - 100.0), 20.0 - np.abs(y - 100.0)),
+          "round": lambda x, y: 30.0 - np.hypot(x - 100.0, y - 100.0),
+          "wall": lambda x, y: 2.6 - np.abs(x - 102.0), "askew": lambda x, y: 0.9 * (x - 90.0) + 0.3 * (y - 80.0),
+          "diagonal": lambda x, y: x - y, "at the edge": lambda x, y: 5.0 - x}
+
+
+@pytest.mark.parametrize("cliff", CLIFFS)
+def test_a_cliff_does_not_bend_the_ground_beside_it(cliff):
+    grid = fv.Grid((0.0, 0.0), (200.0, 150.0), (40, 30))
+    x, y = np.meshgrid(*(axis.centers for axis in grid.axes))
+    rows = Slopes(-0.3 * x + 0.1 * y + 100.0 * (CLIFFS[cliff](x, y) > 0.0), grid, True).at(0.0)
+    np.testing.assert_allclose(rows[2:], 0.0, atol=1e-12)
+
+
+def test_a_kink_bends_by_the_whole_of_its_turn():
+    grid = fv.Grid(0.0, 100.0, 50)
+    rows = Slopes(np.maximum(0.4 * (47.0 - grid.centers), -0.1 * (grid.centers - 47.0)), grid, True).at(0.0)
+    assert rows[1].sum() * grid.dx == pytest.approx(0.3, rel=1e-12)
+    assert (rows[1] >= -1e-12).all()
+
+
+ENDS = {"outflow": fv.Outflow(), "hydrograph": (gr.Hydrograph((0.0,), (3.0,), (0.4,)), fv.Outflow()),
+        "level": (fv.Wall(), gr.FixedLevel(-34.8, phi=0.3)), "given": (gr.GivenFlow(1.0, 0.4, 4.0, 4.0), fv.Outflow()),
+        "fast": (gr.GivenFlow(1.0, 0.4, 2.9, 2.9), fv.Outflow()), "slope": gr.UniformSlope()}
+
+
+def through_ends(model, end, backend):
+    problem = fv.Problem(model, fv.Grid(0.0, 60.0, 40), lambda x: model.conserved_from(
+        1.0 + 0.3 * np.exp(-((x - 30.0) / 6.0) ** 2), 0.4 + 0.1 * np.sin(x / 5.0), 2.4, 0.2), 2.0, aux={"b": lambda x: -0.6 * x},
+        boundary=ENDS[end])
+    return fv.solve(problem, backend=backend, nonhyperbolic="ignore")
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("kind", [gr.ShallowWater, gr.Reduced, gr.TwoPhase, gr.TwoLayer])
+def test_a_plane_is_mild_ground_of_weaker_gravity_through_its_ends(kind, end):
+    """Without friction. The faces of two phases with complex speeds are the same too."""
+    steep, mild = (through_ends(model, end, "numpy") for model in (kind(slope="steep", dry=1e-8), kind(g=G / 1.36, dry=1e-8)))
+    np.testing.assert_allclose(steep.q, mild.q, atol=1e-11)
+    assert steep.stats.nonhyperbolic_faces == mild.stats.nonhyperbolic_faces
+    assert (mild.stats.nonhyperbolic_faces > 0) == (len(kind.phases) > 1)
+
+
+def test_compiled_code_has_the_same_ends_on_steep_ground(backend):
+    steep, mild = (through_ends(model, "fast", backend) for model in (gr.TwoPhase(slope="steep", dry=1e-8),
+                                                                      gr.TwoPhase(g=G / 1.36, dry=1e-8)))
+    np.testing.assert_allclose(steep.q, mild.q, atol=1e-11)
+    assert steep.stats.nonhyperbolic_faces == mild.stats.nonhyperbolic_faces > 0

@@ -177,6 +177,19 @@ def test_a_write_that_fails_half_way_leaves_the_old_file(stored, monkeypatch):
     assert state(stored) == before
 
 
+@pytest.mark.parametrize(("fails", "words"), [("fvkit.Solution.save", "its result is lost: with --checkpoint"),
+                                              ("fvkit_granular.cli.run.save_all", "its result is kept in here/solution.npz")])
+def test_a_run_says_what_of_it_stands_when_the_disk_is_full(fails, words, tmp_path, monkeypatch, capsys):
+    def full(*arguments, **named):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(fails, full)
+    assert main(["run", "rest", "--cells", "50", "--backend", "numpy", "--out", "here"]) == 2
+    assert words in capsys.readouterr().err
+    assert (tmp_path / "here" / "solution.npz").exists() == fails.endswith("_all")
+
+
 def test_warnings_do_not_hide_mistakes(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     with warnings.catch_warnings():

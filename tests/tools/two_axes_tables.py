@@ -3,12 +3,10 @@
 import argparse
 from collections.abc import Callable
 
-import attrs
 import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit_granular.scenes.shapes import Step
 from tests.plane.problems import CLOSED, square, state, vortex
 
 
@@ -73,18 +71,7 @@ def rough() -> None:
         print(order, riemann, *(f"{found.observables(i)['speed'].max():.0e}" for i in (1, 2, 3)))
 
 
-def shore() -> None:
-    """Steps and rejected steps of a mixture that meets a shore of thin mud or of clear water."""
-    scene = gr.scene("dam-break-island")
-    for phi in (0.1, 0.0):
-        flow = gr.ShapedFlow(surface=Step(5.0, 2.0, 0.4), phi=Step(5.0, 0.6, phi))
-        problem = attrs.evolve(scene, initial=flow).problem(gr.TwoPhase, 80)
-        for riemann in (gr.Relaxation(), fv.HLL()):
-            stats = fv.solve(problem, fv.WavePropagation(riemann), limits=fv.Limits(steps=20_000), nonhyperbolic="ignore", throw=False).stats
-            print(phi, riemann, stats.steps, stats.rejected)
-
-
-TABLES: dict[str, Callable[[], None]] = {table.__name__: table for table in (vortices, scenes, symmetry, carbuncle, rough, shore)}
+TABLES: dict[str, Callable[[], None]] = {table.__name__: table for table in (vortices, scenes, symmetry, carbuncle, rough)}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

@@ -81,19 +81,30 @@ class ActiveBlocks:
         Each is a row: the first line, counted with ghost cells, number of lines, first cell and number of cells.
         """
         lines, cells = (self.shape[0], self.shape[1]) if axis == 0 else (self.shape[1], self.shape[0])
-        result = []
         blocks = self.blocks if axis == 0 else self.blocks.T
-        for k in np.flatnonzero(blocks.any(axis=1)).tolist():
-            row = blocks[k]
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], row, [False]]).astype(int)))
-            first = np.arange(SIDE * k, min(SIDE * (k + 1), lines), lanes)
-            for start, stop in zip(SIDE * edges[::2], np.minimum(SIDE * edges[1::2], cells), strict=True):
-                pieces = -(-(stop - start) // longest)
-                cuts = start + (stop - start) * np.arange(pieces + 1) // pieces
-                for low, high in pairwise(cuts.tolist()):
-                    result.append(np.column_stack([first + self.halo, np.minimum(lanes, lines - first),
-                                                   np.full(len(first), low), np.full(len(first), high - low)]))
-        return np.concatenate(result).astype(np.int64) if result else np.zeros((0, 4), dtype=np.int64)
+        steps = np.diff(np.pad(blocks, ((0, 0), (1, 1))).astype(int))
+        starts, stops = (SIDE * np.argwhere(steps == step) for step in (1, -1))
+        pieces = []
+        for (line, start), stop in zip(starts.tolist(), np.minimum(stops[:, 1], cells).tolist(), strict=True):
+            count = -(-(stop - start) // longest)
+            pieces += [(line, *cut) for cut in pairwise([start + (stop - start) * k // count for k in range(count + 1)])]
+        line, low, high = np.array(pieces, dtype=np.int64).reshape(-1, 3).T[:, :, None]
+        first = line + np.arange(0, SIDE, lanes)
+        found = np.stack(np.broadcast_arrays(first + self.halo, np.minimum(lanes, lines - first), low, high - low), axis=-1)
+        return np.ascontiguousarray(found[first < lines])
+
+    def reaches(self, axis: int, side: int) -> bool:
+        """Whether a block at a side of an axis may be active."""
+        blocks = self.blocks if axis == 1 else self.blocks.T
+        return not self.known or bool(blocks[-side].any())
+
+    def extent(self) -> tuple[slice, slice]:
+        """The cells along both axes, y and x, between which all active blocks lie."""
+        found = []
+        for axis, cells in zip((1, 0), self.shape, strict=True):
+            here = np.flatnonzero(self.blocks.any(axis=axis))
+            found.append(slice(SIDE * int(here[0]), min(SIDE * (int(here[-1]) + 1), cells)) if len(here) else slice(0, 0))
+        return found[0], found[1]
 
 
 def _widened(blocks: np.ndarray) -> np.ndarray:

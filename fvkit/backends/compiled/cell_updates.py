@@ -99,7 +99,7 @@ class Ends(Writer):
 
     def values(self, side: int) -> tuple[Expr, ...]:
         """Symbols of what the boundary condition of a side gives to its ghosts."""
-        given = self.problem.ends[side].values(self.problem.model, self.problem.t_start)
+        given = self.problem.ends[side].values(self.model, self.problem.t_start)
         return tuple(self.graph.node("uniform", f"values[{side}, {k}]") for k in range(len(given)))
 
     def end_fluxes(self) -> None:

@@ -26,6 +26,7 @@ from fvkit.backends.plan import Plan
 from fvkit.pointwise.contract import users
 from fvkit.pointwise.rare import chosen, usually
 from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
+from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme, Stage
 
@@ -177,6 +178,7 @@ class Generator(Ends):
         if conditions:
             self.emit("rare = 0")
             self.loop(count, [], low, [("rare = rare | {}", rare)])
+        usual_block: Block | None = None
         for which, (values, asked) in enumerate(versions):
             if conditions:
                 self.emit("else:" if which else "if rare == 0:")
@@ -184,10 +186,10 @@ class Generator(Ends):
             if SPEED in values and SPEED not in changed:
                 extra.append(largest(values[SPEED]))
             if first and self.problem.model.defines("hyperbolic_discriminant"):
-                extra.append(("doubt = doubt | {}", self.suspect(*self.face(low))))
+                extra.append(("doubt = doubt | {}", self.suspect(low)))
             marks = [(row, self.graph.node("where", asked[k], 1.0, 0.0)) for k, row in masks.items()]
-            self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1, always=which == 0,
-                      like=self.blocks[-1] if which else None)
+            usual_block = self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1,
+                                    always=which == 0, like=usual_block)
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
@@ -218,22 +220,23 @@ class Generator(Ends):
         self.emit(f"j = int(buf[{mask.start} + k])", 3)
         self.compute(writes, low, [], 3, rows=rows)
 
-    def face(self, place: int) -> tuple[Any, Any]:
-        """Symbols of the states on both sides of the face at loop variable + place."""
-        left, right = (tuple(self.load(row, place + offset) for row in self.fields["q"]) for offset in (-1, 0))
-        return left, right
+    def face(self, place: int, *names: str) -> tuple[Any, ...]:
+        """Symbols of fields on both sides of the face at loop variable + place."""
+        return tuple(self.loaded(self.fields[name], place + offset) for name in names for offset in (-1, 0))
 
-    def suspect(self, ql: Any, qr: Any) -> Any:
+    def suspect(self, place: int) -> Any:
         """Symbol of whether a face may have lost hyperbolicity, so that it is worth counting."""
-        return self.parts.model.may_lose_hyperbolicity(ql, qr) if self.problem.model.defines("may_lose_hyperbolicity") else True
+        return at_face(self.parts.model, "may_lose_hyperbolicity", *self.face(place, "q", "aux")) \
+            if self.problem.model.defines("may_lose_hyperbolicity") else True
 
     def count_lost(self) -> None:
         """Count the faces with complex speeds, and keep the first, where the first loop saw reason to doubt."""
         if not self.problem.model.defines("hyperbolic_discriminant"):
             return
-        lines = [(f"if {{}} != 0{self.real_place}:", self.parts.model.hyperbolic_discriminant(*self.face(0)) < 0.0),
+        lost = at_face(self.parts.model, "hyperbolic_discriminant", *self.face(0, "q", "aux")) < 0.0
+        lines = [(f"if {{}} != 0{self.real_place}:", lost),
                  ("    found[0] += 1", None), ("    if found[1] < 0:", None), (f"        found[1] = {self.number_of_face}", None)]
-        deep = deepness(self.parts.model, *self.face(0))
+        deep = deepness(self.parts.model, *self.face(0, "q"))
         if deep is not None:
             lines += [(f"    if {{}} < {FILM * MICRO}:", deep), ("        found[2] += 1", None),
                       ("    found[3] = max(found[3], int({}))", deep)]

@@ -22,6 +22,8 @@ _ARITHMETIC = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
 _COMPARISONS = ("<", "<=", ">", ">=", "==")
 _EXTREMES = {"maximum": ">", "minimum": "<", f"maximum{KEEPS_NAN}": ">", f"minimum{KEEPS_NAN}": "<"}
 _BOOLEAN = (*_COMPARISONS, "!=", "&", "|", "not", "isfinite", "isnan")
+#: Lets LLVM use vectors of 512 bits on processors that have them and prefer 256: on those a step then takes less time.
+WIDEST = '"prefer-vector-width"="512"'
 _LIBRARY = {"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"}
 
 
@@ -65,12 +67,54 @@ class Block:
         return intrinsic(space[self.name])
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        # llvmlite refuses names of attributes that it does not know. Where a function is inlined its attribute is lost, so that
+        # every function with loops needs a block of its own, if only `wide`.
+        set.add(builder.function.attributes, WIDEST)
         values = {node.index: value for node, value in zip(self.inputs, arguments, strict=True)}
         emitter = _Emitter(context, builder, values, self.fused if has_fma() else {})
         for node in self.nodes:
             values[node.index] = emitter.node(node)
         results = [emitter.widened(item) for item in self.outputs]
         return context.make_tuple(builder, signature.return_type, results)
+
+
+@attrs.frozen
+class LaneCopy:
+    """A function ``name(dst, at, src, first)`` that copies ``count`` numbers from ``src[first:]`` to ``dst[at:]``, as one vector.
+
+    Both are contiguous. A loop of so few is unrolled before it could be vectorised: one number at a time.
+    """
+
+    name: str
+    count: int
+
+    def text(self) -> str:
+        """The content, for the key of the cache."""
+        return f"# {self.name} copies {self.count} numbers"
+
+    def compiled(self) -> Any:
+        """The function for numba; it is compiled where it is called."""
+        from numba import types
+        from numba.extending import intrinsic
+
+        def copying(typing_context: Any, dst: Any, at: Any, src: Any, first: Any) -> Any:
+            return types.void(dst, types.int64, src, types.int64), self._code
+
+        return intrinsic(copying)
+
+    def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        from llvmlite import ir
+
+        places = [builder.bitcast(builder.gep(context.make_array(kind)(context, builder, array).data, [index]),
+                                  ir.VectorType(ir.DoubleType(), self.count).as_pointer())
+                  for kind, array, index in zip(signature.args[::2], arguments[::2], arguments[1::2], strict=True)]
+        builder.store(builder.load(places[1], align=8), places[0], align=8)
+        return context.get_dummy_value()
+
+
+def wide() -> Block:
+    """Return a block that does nothing but allow the widest vectors in the function that calls it."""
+    return Block("wide", (), (), (), {})
 
 
 def block(name: str, outputs: list[Any], leaf: Callable[[Expr], bool], like: Block | None = None) -> Block:

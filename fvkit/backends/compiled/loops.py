@@ -10,13 +10,14 @@ import numpy as np
 
 from fvkit.backends.compiled.llvm import Block, block, is_condition
 from fvkit.backends.compiled.per_cell import PerCell
+from fvkit.backends.compiled.pieces import pieces
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.tracing import Expr, Graph, with_symbols
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Read, Scheme, Stage
 
 #: Cells per tile, and spare entries of a row (halo, and no two rows a multiple of a page apart).
-TILE, SPARE = 509, 19
+TILE, SPARE = 512, 16
 
 
 class Row(NamedTuple):
@@ -53,7 +54,9 @@ class Writer:
         self.blocks: list[Block] = []
         self.rows = 0
         self.names: list[str] = []
-        self.parts = parts.mapped(self._symbolic)
+        #: Numbers of the rows by which a loop hands values to the next.
+        self.passing: list[int] = []
+        self.model, self.parts = parts.model, parts.mapped(self._symbolic)
         self.boundary = tuple(self._symbolic(side) for side in problem.ends)
         self.parts = self.parts._replace(dx=self._parameter())
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
@@ -177,51 +180,85 @@ class Writer:
         return [pair for name, value in values.items() for pair in pairs(self.fields[name], value)]
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
-             always: bool = False, rows: dict[int, str] | None = None, like: Block | None = None) -> None:
-        """One loop: compute what is written and what the extra lines need, then write. ``{}`` in a line is its value.
+             always: bool = False, rows: dict[int, str] | None = None, like: Block | None = None) -> Block:
+        """Loops that compute what is written and what the extra lines need, and write. ``{}`` in a line is its value.
 
-        ``always`` says that the loop runs in every tile: what it needs per cell is then worth a loop of its own. ``rows``
-        tells where nodes stand that an earlier loop has stored. What the loop shares with the block ``like`` has its bits.
+        ``always`` says that they run in every tile: what they need per cell is then worth a loop of its own. ``rows`` tells
+        where nodes stand that an earlier loop has stored, which these leave alone. What they share with the block ``like`` has
+        its bits. Returns the block that they compute, all of them together.
         """
-        self.emit(f"for j in range({count}):", depth)
-        self.compute(writes, low, extra, depth + 1, always, rows, like)
+        lines = [*extra, *((f"{row.at(low)} = {{}}", value) for row, value in writes)]
+        places = {_index(value): row.at(low) for row, value in writes}
+        stored = dict(rows or {})
+        whole = self.content([value for _, value in lines], always=always, stored=stored, like=like)
+        # The second version of a loop and what stands behind a test run seldom: there cuts are not worth their compilation.
+        often = rows is None and like is None and all(value is not None for _, value in lines)
+        parts = pieces(whole, len(self.blocks)) if often else [whole]
+        passing = 0
+        while parts:
+            part, parts = parts[0], parts[1:]
+            self.emit(f"for j in range({count}):", depth)
+            names = self.call(part, depth + 1, stored)
+            for line, value in [item for item in lines if not parts or _index(item[1]) in names]:
+                self.emit(line.format(names.get(_index(value)) or _number(value)), depth + 1)
+            lines = [item for item in lines if _index(item[1]) not in names]
+            stored |= {index: places[index] for index in names if index in places}
+            asked = {item.index for later in parts for item in later.inputs}
+            for index in [index for index in names if index in asked and index not in stored]:
+                stored[index] = self.passing_row(passing, low).at(low)
+                self.emit(f"{stored[index]} = {names[index]}", depth + 1)
+                passing += 1
+        return whole
 
-    def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int, always: bool = False,
-                rows: dict[int, str] | None = None, like: Block | None = None) -> None:
-        """The body of a `loop`."""
-        names = self.assign([value for _, value in (*extra, *writes)], depth, always=always, rows=rows or {}, like=like)
+    def passing_row(self, number: int, low: int) -> Row:
+        """Return a row for what one loop hands to the next; the next group of loops gets the same again."""
+        while len(self.passing) <= number:
+            self.passing.append(self.new_row(low).number)
+        return Row(self.passing[number], low, self.pitch, self.length)
+
+    def compute(self, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int,
+                rows: dict[int, str] | None = None) -> None:
+        """The body of a loop that is written by hand; see `loop`."""
+        names = self.assign([value for _, value in (*extra, *writes)], depth, rows=rows)
         for (line, _), name in zip(extra, names, strict=False):
             self.emit(line.format(name), depth)
         for (row, _), name in zip(writes, names[len(extra):], strict=True):
             self.emit(f"{row.at(low)} = {name}", depth)
 
-    def assign(self, values: list[Any], depth: int, fixed: bool = False, always: bool = False,
-               rows: dict[int, str] | None = None, like: Block | None = None) -> list[str]:
+    def assign(self, values: list[Any], depth: int, fixed: bool = False, rows: dict[int, str] | None = None) -> list[str]:
         """Emit the call of a block that computes the values; return the name or number that stands for each.
 
         ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
         """
-        stored = rows or {}
+        names = self.call(self.content(values, fixed, stored=rows), depth, rows or {})
+        return [names.get(_index(value)) or _number(value) for value in values]
 
+    def content(self, values: list[Any], fixed: bool = False, always: bool = False, stored: dict[int, str] | None = None,
+                like: Block | None = None) -> Block:
+        """Return the block that computes the values, without outputs where all are numbers."""
         def plain(node: Expr) -> bool:
-            if node.operation in ("load", "uniform") or node.index in stored:
+            if node.operation in ("load", "uniform") or (stored and node.index in stored):
                 return True
             return node.uniform and not fixed and not is_condition(node)
 
         outputs = list({value.index: value for value in values if isinstance(value, Expr)}.values())
-        if not outputs:
-            return [_number(value) for value in values]
         known = self.percell.find(outputs, plain, always)
         made = block(f"{self.prefix}block_{len(self.blocks)}", outputs, lambda node: node.index in known or plain(node), like)
         for item in made.inputs:
             if item.index in known:
                 self.keep_per_cell(item, *known[item.index])
+        return made
+
+    def call(self, made: Block, depth: int, stored: dict[int, str]) -> dict[int, str]:
+        """Emit the call of a block; return the name of each of its outputs."""
+        if not made.outputs:
+            return {}
         self.blocks.append(made)
-        names = {value.index: f"v{len(self.blocks)}_{value.index}" for value in outputs}
+        names = {item.index: f"v{len(self.blocks)}_{item.index}" for item in made.outputs if isinstance(item, Expr)}
         left = "".join(f"{name}, " for name in names.values())
         inputs = (stored.get(item.index) or self.argument(item) for item in made.inputs)
         self.emit(f"({left}) = {made.name}({', '.join(inputs)})", depth)
-        return [names[value.index] if isinstance(value, Expr) else _number(value) for value in values]
+        return names
 
     def keep_per_cell(self, node: Expr, function: int, place: int) -> None:
         """Give a function of one cell a row, and let the node be read from it."""
@@ -254,6 +291,11 @@ class Writer:
         for stage in stages:
             own |= stage.run(self.parts, self.ratio, self.inputs(stage, low, own, low))
         return own
+
+
+def _index(value: Any) -> int:
+    """The index of a symbol, -1 of a number."""
+    return value.index if isinstance(value, Expr) else -1
 
 
 def _number(value: Any) -> str:

@@ -239,7 +239,7 @@ def _made(name: str, text: str, blocks: tuple[Block, ...], numba: Any, entries: 
     sys.modules[module.__name__] = module
     space = module.__dict__
     exec(compile(text, str(path), "exec"), space)
-    space |= {block.name: block.compiled() for block in blocks}
+    space |= {block.name: block.compiled() for block in (llvm.wide(), *blocks)}
     timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
     timer.daemon = True
     timer.start()

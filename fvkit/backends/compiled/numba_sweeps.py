@@ -40,6 +40,10 @@ class NumbaSweep(Sweep):
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fvkit") if threads > 1 else None
         self._version, self._jobs = -1, np.zeros((0, 4), dtype=np.int64)
 
+    def idle(self, side: int) -> bool:
+        sides = (0, 1) if self.periodic else (side,)
+        return not any(self.blocks.reaches(self.number, one) for one in sides)
+
     def jobs(self) -> np.ndarray:
         """Pieces of lines in active blocks, made again where these have changed."""
         if self._version != self.blocks.version:
@@ -107,4 +111,11 @@ class NumbaPlaneKernel(PlaneKernel):
         for one in self.sweeps if sweep is None else (sweep,):
             lines = one.lines(q)
             for side, ghosts in enumerate((lines[:, :self.halo], lines[:, lines.shape[1] - self.halo:])):
-                self.blocks.touch(one.number, side, np.asarray(ghosts.any(axis=(0, 1))))
+                if not (one.idle(side) and all(border.quiet for border in one.borders[side])):
+                    self.blocks.touch(one.number, side, np.asarray(ghosts.any(axis=(0, 1))))
+
+    def _clear(self, row: np.ndarray) -> None:
+        if any(sweep.periodic for sweep in self.sweeps):
+            super()._clear(row)
+        else:  # idle blocks never wrote anything
+            row[tuple(slice(cells.start, cells.stop + 2 * self.halo) for cells in self.blocks.extent())] = 0.0

@@ -7,6 +7,7 @@ lie that far apart and nothing is transposed; a block at the edge that has fewer
 from typing import Any, NamedTuple
 
 from fvkit.backends.compiled.generator import Generator, Source, located
+from fvkit.backends.compiled.llvm import LaneCopy
 from fvkit.backends.compiled.loops import SPARE, TILE, Row
 from fvkit.backends.plan import Plan
 from fvkit.problem.directions import Direction
@@ -15,6 +16,9 @@ from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, Parts, Scheme
 
 #: Lines that lie side by side in a tile of a sweep along y, and entries of a row of scratch.
 LANES, LENGTH = 16, 2 * TILE + SPARE
+
+#: Copies the lines of a tile at one place.
+COPY = LaneCopy("copy_lanes", LANES)
 
 
 class Seen(NamedTuple):
@@ -56,16 +60,15 @@ class SweepGenerator(Generator):
         if self.pitch == 1:
             self.copy(f"{name}[{k}, line, c0:c0 + {width}]", width, row, "0")
             return
-        for test, count in ((f"w == {LANES}", str(LANES)), (f"w < {LANES}", "w")):
-            self.emit(f"if {test}:")
-            self.emit(f"for i in range({width}):", 2)
-            self.emit(f"src = {name}[{k}, c0 + i, line:line + {count}]", 3)
-            self.emit(f"dst = buf[{row.start} + i * {LANES}:]", 3)
-            self.emit(f"for j in range({count}):", 3)
-            self.emit("dst[j] = src[j]", 4)
-            if count == "w":
-                self.emit(f"for j in range(w, {LANES}):", 3)
-                self.emit("dst[j] = src[w - 1]", 4)
+        self.emit(f"if w == {LANES}:")
+        self.emit(f"for i in range({width}):", 2)
+        self.emit(f"{COPY.name}(buf, {row.start} + i * {LANES}, {name}[{k}, c0 + i], line)", 3)
+        self.emit("else:")
+        self.emit(f"for i in range({width}):", 2)
+        self.emit(f"src = {name}[{k}, c0 + i, line:line + w]", 3)
+        self.emit(f"dst = buf[{row.start} + i * {LANES}:]", 3)
+        self.emit(f"for j in range({LANES}):", 3)
+        self.emit("dst[j] = src[min(j, w - 1)]", 4)
 
     def copy_out(self, row: Row, place: int, target: str = "out") -> None:
         """Copy a row into the cells of a component of ``out`` or another array."""
@@ -75,10 +78,14 @@ class SweepGenerator(Generator):
             self.emit("for j in range(nt):")
             self.emit(f"dst[j] = {row.at(0)}", 2)
             return
-        self.emit("for i in range(nt):")
-        self.emit(f"dst = {target}[{place}, c0 + {halo} + i, line:line + w]", 2)
-        self.emit("for j in range(w):", 2)
-        self.emit(f"dst[j] = buf[{row.start} + i * {LANES} + j]", 3)
+        self.emit(f"if w == {LANES}:")
+        self.emit("for i in range(nt):", 2)
+        self.emit(f"{COPY.name}({target}[{place}, c0 + {halo} + i], line, buf, {row.start} + i * {LANES})", 3)
+        self.emit("else:")
+        self.emit("for i in range(nt):", 2)
+        self.emit(f"dst = {target}[{place}, c0 + {halo} + i, line:line + w]", 3)
+        self.emit("for j in range(w):", 3)
+        self.emit(f"dst[j] = buf[{row.start} + i * {LANES} + j]", 4)
 
     def set_mass_fluxes(self) -> None:
         """Let pass a side what its conditions say, and leave the mass fluxes of both sides in ``through``."""
@@ -154,6 +161,7 @@ class SweepGenerator(Generator):
 #: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.
 _DRIVER = '''
 def {name}(jobs, q, out, aux, other, n, last, ratio, par, gates, gated, buf, smx, through, found):
+    wide()
     found[:] = 0
     found[1] = -1
     for j in range(smx.shape[0]):
@@ -183,6 +191,7 @@ def generate_sweep(direction: Direction, scheme: Scheme, parts: Parts, plan: Pla
         made = SweepGenerator(direction, scheme, parts, stages, varies, prefix)
         text += ["", "", *located(made.tile), _DRIVER.format(name=name, tile=f"{prefix}tile")]
         blocks, rows = (*blocks, *made.blocks), max(rows, made.rows)
+    blocks = (COPY, *blocks)
     return Source("\n".join([*(one.text() for one in blocks), *text]), blocks, rows)
 
 

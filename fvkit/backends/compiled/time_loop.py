@@ -32,6 +32,7 @@ for j in range(lanes):
 
 #: Steps up to a time, before and after the text of one step.
 _BEGIN = '''\
+    wide()
     t = real[0]
     dt = real[1]
     outcome = PAUSED
@@ -206,7 +207,7 @@ def driver() -> str:
     """Return ``tiles`` for threads, each its share, and ``advance`` for one, with the same step written out: a call in between
     would cost the compiler a second round over everything."""
     arguments = "begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found"
-    tiles = f"def tiles({arguments}):\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
+    tiles = f"def tiles({arguments}):\n    wide()\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
     return f"\n{tiles}\n\n{_advance(_GHOSTS + _STEP)}"
 
 

@@ -23,6 +23,9 @@ EVEN = 4.0
 #: is rounding, and so is what bears it.
 BORNE = 1e-8
 
+#: Least mass that bears the push of a cell, as a share of its own: a film above deep flow that leaves it would else pay nothing.
+PAYING = 0.25
+
 #: dt/dx at which the limit dt -> 0 is taken, s/m.
 SHORT = 1e-9
 
@@ -83,6 +86,8 @@ def drive(parts, ratio, q, net, aux, bearing):
     """Return the state of a cell after its transport and its sources; ``bearing`` are the masses that bear the push of its
     faces."""
     after, borne = combine(1.0, q, -ratio, net), combine(0.5, bearing[0], 0.5, bearing[1])
+    borne = tuple([maximum(mass, PAYING * after[masses[-1]])
+                   for mass, (masses, _) in zip(borne, parts.model.phases, strict=True)])
     start, free = with_across(parts.model, q, after, borne, surroundings(parts, aux, aux), ratio * parts.dx)
     return {NEW: acted(parts.joint, parts.model, start, free, borne, aux, ratio * parts.dx)[:len(q)]}
 
