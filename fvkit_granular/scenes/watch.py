@@ -70,7 +70,7 @@ class Watch:
     density: float = validation.number(2000.0, above=0.0)
     least: float = validation.number(0.01, above=0.0)
     path: tuple[tuple[float, float], ...] = attrs.field(default=(), converter=_path)
-    observed: Any = None
+    observed: Any = attrs.field(default=None, repr=False)
 
     def check(self, ends: Sequence[tuple[float, float]]) -> None:
         """Raise ValueError where a gauge or a line has not one coordinate per axis, or lies outside of the scene.
