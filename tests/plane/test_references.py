@@ -198,11 +198,11 @@ def whirl(n):
 
 @pytest.mark.parametrize("solver", [gr.Relaxation(), fv.Roe()])
 def test_a_vortex_of_two_phases_with_slip_stands_to_second_order(solver):
-    problems = [whirl(n) for n in (50, 100, 200)]
+    problems = [whirl(n) for n in (50, 100)]
     solutions = [run(problem, fv.WavePropagation(solver)) for problem in problems]
     assert not any(solution.stats.nonhyperbolic_faces for solution in solutions)
     errors = [np.abs(solution.q[-1] - problem.q0).mean() for problem, solution in zip(problems, solutions, strict=True)]
-    assert np.log2(np.array(errors[:-1]) / errors[1:]).min() > 1.9
+    assert np.log2(errors[0] / errors[1]) > 1.9
 
 
 # The same numbers from both backends, with any number of threads, and with or without idle blocks.
