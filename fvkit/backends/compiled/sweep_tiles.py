@@ -61,10 +61,8 @@ class SweepGenerator(Generator):
         self.emit(f"move(buf, {row.start} + i * {LANES}, {name}[{k}, c0 + i], line, {LANES})", 3)
         self.emit("else:")
         self.emit(f"for i in range({width}):", 2)
-        self.emit(f"src = {name}[{k}, c0 + i, line:line + w]", 3)
-        self.emit(f"dst = buf[{row.start} + i * {LANES}:]", 3)
         self.emit(f"for j in range({LANES}):", 3)
-        self.emit("dst[j] = src[min(j, w - 1)]", 4)
+        self.emit(f"buf[{row.start} + i * {LANES} + j] = {name}[{k}, c0 + i, line + min(j, w - 1)]", 4)
 
     def copy_out(self, row: Row, place: int, target: str = "out") -> None:
         """Copy a row into the cells of a component of ``out`` or another array."""
@@ -77,9 +75,8 @@ class SweepGenerator(Generator):
         self.emit(f"move({target}[{place}, c0 + {halo} + i], line, buf, {row.start} + i * {LANES}, {LANES})", 3)
         self.emit("else:")
         self.emit("for i in range(nt):", 2)
-        self.emit(f"dst = {target}[{place}, c0 + {halo} + i, line:line + w]", 3)
         self.emit("for j in range(w):", 3)
-        self.emit(f"dst[j] = buf[{row.start} + i * {LANES} + j]", 4)
+        self.emit(f"{target}[{place}, c0 + {halo} + i, line + j] = buf[{row.start} + i * {LANES} + j]", 4)
 
     def set_mass_fluxes(self) -> None:
         """Let pass a side what its conditions say, and leave the mass fluxes of both sides in ``through``."""
