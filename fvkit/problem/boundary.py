@@ -192,7 +192,8 @@ def _warn_of_rough_end(name: str, values: np.ndarray, dx: float) -> None:
     if REACH * fall > 2.0 * scatter and end_step(values, left=True) < LOST * fall and bend > fall:
         warnings.warn(f"Outflow: `{name}` falls by {fall:.3g} per cell over the last {REACH} cells, but by {steps[0]:.3g} in the "
                       "last one, and goes on from that beyond the end: subcritical flow piles up there. Give the slope beyond "
-                      f"the end, fv.Outflow(slope={fall / dx:.3g}), gr.FixedLevel, or smooth the last cells", UserWarning, stacklevel=2)
+                      f"the end, fv.Outflow(slope={fall / dx:.3g}), gr.FixedLevel, or smooth the last cells",
+                      UserWarning, stacklevel=2)
 
 
 def _drop(value: Any) -> Any:
