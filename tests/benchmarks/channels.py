@@ -6,7 +6,6 @@ Cases and data: Delestre and others, Int. J. Numer. Meth. Fluids 72 (2013) 269-3
 and in `fvkit_granular.exact`. Errors are means over the cells, of cell averages.
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.optimize import brentq
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular import exact
-from tests.benchmarks.chapter import G, SCHEMES, command, falling, flow_means, l1, means, order, table
+from tests.benchmarks.chapter import SCHEMES, G, command, falling, flow_means, l1, means, order, table
 from tests.benchmarks.macdonald import CHANNELS, RAINY, error
 
 CELLS = (100, 200, 400, 800)
@@ -174,4 +173,4 @@ def basin():
 
 
 if __name__ == "__main__":
-    command(__doc__, {part.__name__: partial(part) for part in (bumps, macdonald, dams, dressler, basin)})
+    command(__doc__, {part.__name__: part for part in (bumps, macdonald, dams, dressler, basin)})
