@@ -85,11 +85,10 @@ def bumps():
     table(["flow", "scheme", *(f"h, {n} cells" for n in CELLS), "order", "q, 100", "q, 800", "largest, 800"], rows)
     rows = []
     for regime in ("subcritical", "transcritical", "jump"):
-        for name in ("Relaxation", "Roe", "MP5"):
-            kept = bump_errors(regime, SCHEMES[name], 100, background=True, t=10.0, still=False)
-            reached = bump_errors(regime, SCHEMES[name], 100, background=True)
-            rows.append([regime, name, kept[0], kept[1], reached[0], reached[1]])
-    table(["flow, background=", "scheme", "h kept", "q kept", "h from rest", "q from rest"], rows)
+        found = [(*bump_errors(regime, SCHEMES[name], 100, background=True, t=10.0, still=False)[:2],
+                  *bump_errors(regime, SCHEMES[name], 100, background=True)[:2]) for name in ("Relaxation", "Roe", "MP5")]
+        rows.append([regime, *np.max(found, axis=0)])
+    table(["worst scheme, background=", "h kept", "q kept", "h from rest", "q from rest"], rows)
 
 
 # ---------------------------------------------------------------------- channels with friction
@@ -116,7 +115,7 @@ def dam_errors(right, scheme, cells):
 def dams():
     rows = [falling([name, scheme], [dam_errors(right, SCHEMES[scheme], cells)[0] for cells in CELLS])
             for name, right in (("onto 1 mm (Stoker)", 0.001), ("onto dry ground (Ritter)", 0.0))
-            for scheme in ("Relaxation", "Roe", "HLL", "Rusanov", "MP5")]
+            for scheme in ("Relaxation", "Roe", "HLL")]
     table(["5 mm of water break", "scheme", *(f"h, {n} cells" for n in CELLS), "order"], rows)
 
 
@@ -168,7 +167,7 @@ def basin_errors(scheme, cells, periods=5, backend="auto"):
 
 
 def basin():
-    rows = [falling([name], [basin_errors(SCHEMES[name], cells)[0] for cells in CELLS]) for name in SCHEMES]
+    rows = [falling([name], [basin_errors(SCHEMES[name], cells)[0] for cells in CELLS]) for name in ("Relaxation", "Roe", "HLL", "MP5")]
     table(["Thacker's plane, 5 periods", *(f"h, {n} cells" for n in CELLS), "order"], rows)
 
 
