@@ -43,7 +43,7 @@ def l1(difference):
 
 def order(errors):
     """Observed order between the last two of the errors, whose cells double."""
-    return float(np.log2(errors[-2] / errors[-1])) if errors[-1] > 0.0 else np.nan
+    return float(np.log2(errors[-2] / errors[-1]))
 
 
 def table(head, rows):
@@ -54,8 +54,8 @@ def table(head, rows):
 
 
 def falling(name, errors):
-    """Row of a table: errors on grids of doubled cells, and their order."""
-    return [*name, *errors, f"{order(errors):.1f}"]
+    """Row of a table: errors on grids of doubled cells, and their order, which rounding has none of."""
+    return [*name, *errors, f"{order(errors):.1f}" if errors[-1] > 1e-14 else "-"]
 
 
 def command(description, parts):
