@@ -2,11 +2,12 @@
 
 import argparse
 import os
+import re
 import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import entry_points
 from io import TextIOWrapper
@@ -23,14 +24,28 @@ SUCCESS, FAILED, MISTAKE, INTERRUPTED = 0, 1, 2, 130
 #: Characters of a message.
 LONGEST = 1200
 
+#: Arguments of the library that an option of another name gives.
+ALIASES = {"cells": ("num_cells",), "out": ("folder",), "stop_at_rest": ("speed",)}
+
 Command = Callable[[argparse.Namespace], int]
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument parser whose errors are one line on stderr."""
+    """Argument parser whose errors are one line on stderr; ``spelled`` has each option by the name that Python code gives it."""
+
+    def __init__(self, **given: Any) -> None:
+        self.spelled: dict[str, str] = {}
+        super().__init__(**given)
+
+    def add_argument(self, *names: Any, **given: Any) -> argparse.Action:
+        """Add an argument, and note how an option is spelled."""
+        action = super().add_argument(*names, **given)
+        if action.option_strings:
+            self.spelled |= dict.fromkeys((action.dest, *ALIASES.get(action.dest, ())), action.option_strings[-1])
+        return action
 
     def error(self, message: str) -> Any:
-        _say(message, f" (see {self.prog} --help)")
+        _say(re.sub(r"^argument (\S+): `value`", r"`\1`", message), f" (see {self.prog} --help)")
         self.exit(MISTAKE)
 
 
@@ -38,7 +53,7 @@ def add_command(commands: Any, name: str, run: Command, summary: str, example: s
     """Add a command with an example in its help; ``run`` returns the exit code."""
     parser = commands.add_parser(name, help=summary, description=summary, epilog=f"example:\n  {example}",
                                  formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, spelled=parser.spelled)
     return parser
 
 
@@ -58,8 +73,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a name that the console cannot spell must not cost the result
+    spelled: dict[str, str] = {}
     try:
         options = build_parser().parse_args(arguments)
+        spelled = options.spelled
         with warnings.catch_warnings(), _termination_as_interrupt():
             warnings.showwarning = _warn
             return int(options.run(options))
@@ -78,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say(f"not enough memory: {str(error) or 'take fewer cells or outputs'}")
         return MISTAKE
     except (ValueError, TypeError, OSError) as error:
-        _say("; ".join([str(error), *getattr(error, "__notes__", ())]))
+        _say("; ".join([_as_typed(str(error), spelled), *getattr(error, "__notes__", ())]))
         return MISTAKE
 
 
@@ -86,6 +103,14 @@ def _say(message: str, end: str = "") -> None:
     """Write one line on stderr, cut where a value in it is too long to be read."""
     line = " ".join(message.split())
     print(f"fvkit: {line if len(line) <= LONGEST else line[:LONGEST] + '...'}{end}", file=sys.stderr)
+
+
+def _as_typed(message: str, spelled: Mapping[str, str]) -> str:
+    """Return a message about an argument with the options that give it: `--cells` where the library says `num_cells`."""
+    first = re.match(r"`(\w+)(\[\d+\])?`", message)  # messages about a file begin with its name: what they name are keys
+    if first is None or first[1] not in spelled:
+        return message
+    return re.sub(r"`(\w+)", lambda found: f"`{spelled.get(found[1], found[1])}", message)
 
 
 def done_so_far(study: Callable[[], Any]) -> tuple[Any, bool]:

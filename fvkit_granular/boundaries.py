@@ -68,7 +68,7 @@ class Hydrograph(Continued):
 
     Notes
     -----
-    For inflow onto dry ground set the model's ``dry``, m: its default is a fraction of the largest initial depth, here 0.
+    On ground that is dry everywhere at first the default of the model's ``dry`` is 1e-9 m; give a larger one for fewer steps.
     For supercritical inflow without ``depth`` the depth at the end is not controlled.
     """
 

@@ -156,7 +156,8 @@ def read_columns(path: str | Path) -> Columns:
     lines = [(number, line) for number, line in enumerate(text_of(place).splitlines(), start=1)
              if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:
-        raise ValueError(f"{place}: a header such as `x [m], b [m]` and rows of numbers are needed, got {len(lines)} lines")
+        raise ValueError(f"{place}: a header such as `x [m], phi [-]` and rows of numbers are needed, got "
+                         f"{len(lines)} lines")
     units = _header(place, *lines[0])
     names, rows = list(units), []
     for number, line in lines[1:]:

@@ -64,10 +64,14 @@ def test_commands_parse(page):
             assert parser.parse_args([*words, "riemann"] if words in (["run"], ["compare"], ["advise"]) else words)
 
 
-def test_the_snippets_about_channels_run(capsys):
+def test_the_snippets_about_channels_run(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     exec("\n".join(code_blocks(TOP / "docs" / "channels.md", "python")), {"__name__": "snippets"})
-    highest, deposit = capsys.readouterr().out.splitlines()
+    highest, passed, arrived, deposit = capsys.readouterr().out.splitlines()
     assert "highest" in highest
+    assert passed.startswith("passed the end: {'hs': ")
+    assert 0.0 < float(arrived.split()[5]) < 90.0
+    assert (tmp_path / "profile.pdf").read_bytes().startswith(b"%PDF")
     assert deposit.startswith("STOPPED at ")
 
 

@@ -19,6 +19,9 @@ from fvkit.files import write_whole
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
+#: Formats of pictures in files: pixels, and two of vectors.
+FORMATS = ("png", "pdf", "svg")
+
 
 class Picture(Figure):
     """A matplotlib figure outside pyplot: needs no display, and notebooks show it."""
@@ -66,17 +69,20 @@ def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float 
 
 
 def save_all(folder: str | Path, contents: Mapping[str, str | Figure]) -> Path:
-    """Write texts and figures, {name of the file: content}, each whole, into a folder, made if missing; return its path."""
+    """Write texts and figures, {name of the file: content}, each whole, into a folder, made if missing; return its path.
+
+    The ending of its name is the format of a figure, one of `FORMATS`.
+    """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
-        write_whole(target / name, partial(_fill, content))
+        write_whole(target / name, partial(_fill, content, Path(name).suffix[1:]))
     return target
 
 
-def _fill(content: str | Figure, file: IO[bytes]) -> None:
+def _fill(content: str | Figure, kind: str, file: IO[bytes]) -> None:
     if isinstance(content, Figure):
-        content.savefig(file, format="png", dpi=130)
+        content.savefig(file, format=kind, dpi=130)
     else:
         file.write(content.encode())
 

@@ -11,6 +11,7 @@ from fvkit.output.status import Stats, Status
 from fvkit.problem.directions import directions, observables
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model
+from fvkit.validation import instance
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,9 +123,19 @@ class Solution:
         ------
         ValueError
             For a kind that does not serve the grid or the model; the message has those that do.
+        TypeError
+            For ``ax`` that are no axes, such as the name of a file.
+
+        Notes
+        -----
+        ``solution.plot().figure.savefig("state.pdf")`` writes a picture.
         """
+        from matplotlib.axes import Axes
+
         from fvkit.output.plots import drawing
 
+        if ax is not None:
+            instance(ax, "ax", Axes, "of matplotlib; solution.plot().figure.savefig(\"x.pdf\") writes a picture")
         return drawing(self, kind)(self, ax, i, **options)
 
     def animate(self, path: str | Path, kind: str | None = None, fps: int = 12, ax: "Axes | None" = None,

@@ -166,8 +166,34 @@ class Outflow(Continued):
     def goes_on(self, values: np.ndarray, left: bool) -> float:
         return max(end_step(values, left), 0.0)
 
+    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> Any:
+        if self.slope is None and isinstance(grid, Grid) and model.defines("beyond"):
+            for name in model.aux:
+                _warn_of_rough_end(name, aux[name] if left else aux[name][::-1], grid.dx)
+        return super().placed(left, model, grid, aux)
+
     def ghost(self, model, q, values):
         return beyond(self, model, q, values)
+
+
+#: Cells at an end over which its ground has a mean slope; its last step has lost that slope below this share of it.
+REACH, LOST = 10, 0.25
+
+
+def _warn_of_rough_end(name: str, values: np.ndarray, dx: float) -> None:
+    """Warn where the last step of the ground, that of ``values[0]``, goes on neither at the slope of its reach nor smoothly."""
+    steps = np.diff(values[:REACH])  # positive where the ground falls outwards
+    if len(steps) < REACH - 1:
+        return
+    place = np.arange(REACH) - 0.5 * (REACH - 1)
+    fall = float(place @ values[:REACH] / (place @ place))
+    scatter = np.abs(values[:REACH] - values[:REACH].mean() - fall * place).max()
+    bend = abs(steps[0] - 2.0 * steps[1] + steps[2])
+    if REACH * fall > 2.0 * scatter and end_step(values, left=True) < LOST * fall and bend > fall:
+        warnings.warn(f"Outflow: `{name}` falls by {fall:.3g} per cell over the last {REACH} cells, but by {steps[0]:.3g} in the "
+                      "last one, and goes on from that beyond the end: subcritical flow piles up there. Give the slope beyond "
+                      f"the end, fv.Outflow(slope={fall / dx:.3g}), gr.FixedLevel, or smooth the last cells",
+                      UserWarning, stacklevel=2)
 
 
 def _drop(value: Any) -> Any:

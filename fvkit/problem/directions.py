@@ -45,6 +45,10 @@ def directions(model: Model, grid: Grid) -> tuple[Direction, ...]:
     if model.dimensions < len(grid.axes):
         raise ValueError(f"{type(model).__name__} serves one axis alone, got a grid with {len(grid.axes)}: "
                          "take a model such as gr.TwoPhase, or fv.Grid(lower, upper, num_cells)")
+    if not _says_what_turns(model):
+        raise ValueError(f"{type(model).__name__} has {len(model.conserved)} components and does not say which are those of a "
+                         "vector: set `vectors`, such as ((1, 2),) with rows for both momenta, or () for none, or "
+                         "define `along(axis)`")
     split, places = _split(model), _places(model)
     result = []
     for number in range(len(grid.axes)):
@@ -66,6 +70,12 @@ def component_names(model: Model, grid: Grid) -> tuple[str, ...]:
     split = _split(model)
     return tuple(name for k, own in enumerate(model.conserved)
                  for name in ([f"{own}_{axis}" for axis in NAMES] if k in split else [own]))
+
+
+def _says_what_turns(model: Model) -> bool:
+    """Whether a model of several components says which of them turn with the axis: else a sweep along y would push along x."""
+    own = [kind for kind in type(model).__mro__ if kind is not Model and issubclass(kind, Model)]
+    return len(model.conserved) == 1 or bool(model.phases) or any({"vectors", "along"} & set(vars(kind)) for kind in own)
 
 
 def _split(model: Model) -> set[int]:

@@ -50,8 +50,8 @@ class Model(Part, ABC):
     9. On a grid with two axes a sweep along each sees these equations. Momenta of ``phases`` have a row along each axis. Of a
        model without phases ``vectors`` names rows that are components of one vector: ((1, 2),) where sweeps see both components,
        such as the momenta of gas dynamics, the second across; ((1,),) where the component across rests in a sweep, such as the
-       velocity of sound. A law that differs between the axes answers ``along(axis)``. ``dimensions`` is the most axes that it
-       serves.
+       velocity of sound. A law that differs between the axes answers ``along(axis)``. A model of several components says one
+       of these, ``vectors = ()`` where none is that of a vector. ``dimensions`` is the most axes that it serves.
 
     Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
     """

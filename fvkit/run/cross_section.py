@@ -1,4 +1,4 @@
-"""`CrossSection`: discharge and volume through a line across a flow, for ``observers`` of `fvkit.solve`."""
+"""`CrossSection`: discharge and volume through a line across a flow, or at a place, for ``observers`` of `fvkit.solve`."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -24,30 +24,36 @@ def line_of(value: Any, name: str = "line") -> np.ndarray:
     return points
 
 
+def _place_or_line(value: Any) -> Any:
+    """Return a number x, or a polyline."""
+    return validation.real(value, "line") if validation.is_single(value) else line_of(value)
+
+
 @attrs.define(eq=False)
 class CrossSection(Observer):
-    """Cross-section: discharge of every mass through a line, and the volume that has passed, on a grid with two axes.
+    """Cross-section: discharge of every mass through a line, and the volume that has passed; with one axis at a place x.
 
     The discharge is the sum of h v . n over the pieces of the line within each cell, of cell averages: accurate to about a cell.
-    It is positive for flow from the left to the right of somebody who walks from the first point to the last.
+    It is positive for flow from the left to the right of somebody who walks from the first point to the last. With one axis it
+    is h v of the cell that contains x, per metre of width and positive along x.
 
     Parameters
     ----------
-    line : points (x, y), m, at least two, within the grid.
+    line : points (x, y), m, at least two, within the grid; with one axis a number x.
 
     Attributes
     ----------
     t : numpy.ndarray
         (k,) times, s, starting with the initial time.
     discharge : dict
-        {mass: (k,)}, m^3/s, such as those of "hs" and "hf" of two phases.
+        {mass: (k,)}, m^3/s, such as those of "hs" and "hf" of two phases; with one axis m^2/s.
     volume : dict
-        {mass: (k,)}, m^3, that has passed by each time, by the trapezoidal rule.
+        {mass: (k,)}, m^3, that has passed by each time, by the trapezoidal rule; with one axis m^2.
 
     Raises
     ------
     ValueError
-        When the run starts, for a line outside the grid, a grid with one axis, or a model without masses.
+        When the run starts, for a line outside the grid, or of the other number of axes, or a model without masses.
 
     Examples
     --------
@@ -61,18 +67,20 @@ class CrossSection(Observer):
     -8.000000 -4.000000
     """
 
-    line: np.ndarray = attrs.field(converter=lambda value: line_of(value))
+    line: Any = attrs.field(converter=lambda value: _place_or_line(value))
     _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
     _notes: list[np.ndarray] = attrs.field(factory=list, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
-        if len(problem.grid.axes) != 2:
-            raise ValueError("a CrossSection is a line across a grid with two axes, got a grid with one: take fv.Gauge at a "
-                             "position")
+        if isinstance(self.line, float) != (len(problem.grid.axes) == 1):
+            raise ValueError("a CrossSection is a number x on a grid with one axis, a line of points (x, y) on one with two, got "
+                             f"{validation.shown(self.line)} on a grid with {len(problem.grid.axes)}")
         if not problem.model.phases:
             raise ValueError(f"a CrossSection counts masses, but {type(problem.model).__name__} has no `phases`")
-        self._pieces = pieces(self.line, problem.grid, "`line` of a CrossSection")
+        called = "`line` of a CrossSection"
+        self._pieces = (problem.grid.cells_at([self.line], called), np.ones((1, 1))) if isinstance(self.line, float) else \
+            pieces(self.line, problem.grid, called)
         self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
         self._notes = []
 

@@ -122,7 +122,7 @@ def _check_numbers(parts: Parts, ql: Any, qr: Any, auxl: Any, auxr: Any) -> None
     sizes = [np.fmax.reduce(np.abs(row), axis=None) for wave in (*waves, scale(1e-6, (*ql, *qr))) for row in wave]
     largest = float(np.fmax.reduce(sizes))  # the waves of a state at rest are round-off relative to the state
     contract.agree(parts.riemann, "solve", tuple(sum(rows) for rows in zip(*waves, strict=True)), jump,
-                   "the waves must add up to the jump", largest)
+                   "the waves must add up to the jump (of the flux: a wave is its speed times a jump of the state)", largest)
     if parts.reconstruction is not None:
         means, right = np.array([-2.0, 0.0, 1e-3, 1.0]), parts.reconstruction.right
         contract.agree(parts.reconstruction, "right", right(*[means] * 5), means, "must return the mean that five cells share")

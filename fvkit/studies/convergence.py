@@ -135,8 +135,8 @@ def averaging(reference: Any) -> Callable[[Model, Grid, float], np.ndarray]:
     if not callable(reference):
         raise TypeError("`reference` must be a function (x, t) -> (num_eqn, m), an object with `averages(model, grid, t)`, or "
                         f"None; got {validation.shown(reference)}")
-    return lambda model, grid, t: cell_averages(lambda *places: reference(*places, t), grid, len(component_names(model, grid)),
-                                                "reference")
+    return lambda model, grid, t: validation.array(
+        cell_averages(lambda *places: reference(*places, t), grid, len(component_names(model, grid)), "reference"), "reference")
 
 
 def _run(problem_of: Callable[[int], Problem], scheme: Scheme | None, count: int, backend: str,

@@ -227,11 +227,23 @@ class Report:
 
         return {name: draw(self) for name, draw in pictures(2 if self.has_maps else 1).items()}
 
-    def save(self, folder: str | Path) -> Path:
-        """Write report.json, report.csv and the figures to ``folder``, created if missing, and return its path."""
-        from fvkit.output.figures import save_all
+    def save(self, folder: str | Path, picture: str = "png") -> Path:
+        """Write report.json, report.csv and the figures to ``folder``, created if missing, and return its path.
 
-        pictures = {f"{name}.png": figure for name, figure in self.plot().items()}
+        Parameters
+        ----------
+        folder : of the files.
+        picture : format of the figures: png, or of vectors pdf or svg.
+
+        Raises
+        ------
+        ValueError
+            For another format.
+        """
+        from fvkit.output.figures import FORMATS, save_all
+
+        ending = validation.choice(picture, "picture", FORMATS)
+        pictures = {f"{name}.{ending}": figure for name, figure in self.plot().items()}
         return save_all(folder, {"report.json": self.to_json(), "report.csv": self.to_csv(), **pictures})
 
     def _repr_html_(self) -> str:

@@ -20,6 +20,10 @@ from fvkit.sweeps.samples import Samples
 #: Version of the files.
 FORMAT = 1
 
+#: What a folder of another sweep has, by the entry of ``sweep.json`` that differs.
+OTHER = {"format": "another format", "function": "another function (scene, model, scheme, cells)", "keep": "other outputs",
+         "parameters": "other parameters"}
+
 
 def _name(part: Any) -> str:
     """A name of a function that is the same in every process."""
@@ -55,8 +59,8 @@ class Store:
         except (ValueError, AttributeError):
             raise ValueError(f"`folder` {store.folder} has a sweep.json that is no plan of a sweep: give another") from None
         if differing:
-            raise ValueError(f"`folder` {store.folder} holds another sweep: {', '.join(differing)} differ. Give another "
-                             "folder, or remove this one")
+            other = " and ".join(OTHER[key] for key in differing)
+            raise ValueError(f"`folder` {store.folder} holds another sweep, of {other}: give another folder, or remove this one")
         return store
 
     def _path(self, member: int) -> Path:

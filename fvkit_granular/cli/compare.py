@@ -7,7 +7,7 @@ from typing import Any
 from fvkit import validation
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import remove, usable_folder
-from fvkit.output.figures import save_all
+from fvkit.output.figures import FORMATS, save_all
 from fvkit.problem.directions import observables
 from fvkit.studies.report_pictures import pictures
 from fvkit.studies.tables import filled
@@ -53,8 +53,8 @@ def _compare(options: argparse.Namespace) -> int:
     known = _columns(chosen, options.models) if options.plot_axes else ()
     for name in (name for pair in options.plot_axes for name in pair):
         validation.choice(name, "--plot-axes", known)
-    always = [f"{name}.png" for name in pictures(len(chosen.axes))]
-    asked = [f"{y}-over-{x}.png" for x, y in options.plot_axes]
+    always = [f"{name}.{options.format}" for name in pictures(len(chosen.axes))]
+    asked = [f"{y}-over-{x}.{options.format}" for x, y in options.plot_axes]
     folder = usable_folder(common.results_folder(options, "compare", scene_label(options.scene)), "--out",
                            ("report.json", "report.csv", *always, *asked))
     tell = common.teller()
@@ -62,10 +62,12 @@ def _compare(options: argparse.Namespace) -> int:
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:
         tell("")
-    report.save(folder)
-    drawn = {} if stopped else {f"{y}-over-{x}.png": report.figure(x, y) for x, y in options.plot_axes}
+    report.save(folder, options.format)
+    drawn = {} if stopped else {f"{y}-over-{x}.{options.format}": report.figure(x, y) for x, y in options.plot_axes}
     save_all(folder, drawn)
-    remove(folder, [path.name for path in folder.glob("*-over-*.png") if _drawn_over(path.stem)], but=drawn)
+    known_pictures = [f"{name}.{kind}" for name in pictures(2) for kind in FORMATS]
+    remove(folder, [*known_pictures, *(path.name for kind in FORMATS for path in folder.glob(f"*-over-*.{kind}")
+                                       if _drawn_over(path.stem))], but=(*always, *drawn))
     print(report.table(options.wide))
     print(filled(f"written to {folder}/: {', '.join(['report.json', 'report.csv', *always, *drawn])}"))
     finished = all(row["status"] in ("finished", "over_budget") for row in report.rows)

@@ -8,6 +8,7 @@ from typing import Any
 
 from fvkit import MethodOfLines, Scheme, WavePropagation, validation
 from fvkit.backends import BACKENDS
+from fvkit.output.figures import FORMATS
 from fvkit.schemes.registry import METHODS
 from fvkit_granular.studies.scene_run import NAMED
 
@@ -40,9 +41,9 @@ def named(known: Iterable[str]) -> Callable[[str], Any]:
     return (lambda text: known[check(text)]) if isinstance(known, Mapping) else check
 
 
-def one_of(parser: argparse.ArgumentParser, option: str, known: Iterable[str], default: str) -> None:
-    """Add an option that takes one of the names."""
-    parser.add_argument(option, type=named(known), default=default, help=f"one of {', '.join(known)} (default {default})")
+def one_of(parser: argparse.ArgumentParser, option: str, known: Iterable[str], default: str, what: str = "") -> None:
+    """Add an option that takes one of the names; ``what`` is said before them in its help."""
+    parser.add_argument(option, type=named(known), default=default, help=f"{what}one of {', '.join(known)} (default {default})")
 
 
 #: Whole numbers from 1 on, as a ``type`` of argparse.
@@ -59,6 +60,18 @@ def cells_of(text: str) -> Any:
         raise argparse.ArgumentTypeError("`value` must be a whole number, or NXxNY for a scene with two axes, such as 80x40, got "
                                          f"{validation.shown(text)}")
     return counts[0] if len(counts) == 1 else tuple(counts)
+
+
+def place_of(text: str) -> Any:
+    """Return a place x, or a pair: what "12.5" or "12.5,40" says, as a ``type`` of argparse."""
+    try:
+        places = tuple(validation.real(float(part), "value") for part in text.split(","))
+    except ValueError:
+        places = ()
+    if len(places) not in (1, 2):
+        raise argparse.ArgumentTypeError("`value` must be places x, or X,Y in a scene with two axes, such as 12.5,40, got "
+                                         f"{validation.shown(text)}")
+    return places[0] if len(places) == 1 else places
 
 
 def add_scheme_options(parser: argparse.ArgumentParser, several: bool) -> None:
@@ -135,8 +148,9 @@ def _names(value: Any) -> list[Any]:
 
 
 def common_options(parser: argparse.ArgumentParser, folder: str) -> None:
-    """Add the options of the backend and of the folder for the results."""
+    """Add the options of the backend, of the format of pictures and of the folder for the results."""
     one_of(parser, "--backend", BACKENDS, "auto")
+    one_of(parser, "--format", FORMATS, FORMATS[0], "format of pictures, ")
     parser.add_argument("--out", type=Path, help=f"folder for the results (default {folder})")
 
 

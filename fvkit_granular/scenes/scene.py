@@ -21,6 +21,8 @@ from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
 from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
+from fvkit_granular.sources.plausible import caution
+from fvkit_granular.terrain.outline import compare_outline
 from fvkit_granular.terrain.terrain import Terrain
 
 
@@ -55,6 +57,9 @@ def _interval(value: Any, name: str) -> Any:
     along = zip(NAMES, zip(*given, strict=True), strict=True)
     return tuple(zip(*(validation.interval(ends, f"{name}` along `{axis}") for axis, ends in along), strict=True))
 
+
+#: Plausible gravity, m/s^2: from that of small bodies to that of a centrifuge.
+WEAKEST, STRONGEST = 0.01, 500.0
 
 #: Cells on which a scene without a terrain looks at its slopes, by the number of axes.
 DECIDING = {1: 400, 2: 100}
@@ -143,6 +148,9 @@ class Scene:
             self.reference.check_axes(self.axes)
         if isinstance(self.bottom, Profile):
             self.bottom.warn_of_units()
+        caution(self, "g", WEAKEST, STRONGEST, "in m/s^2 it is 9.81, where 981 is in cm/s^2")
+        if self.release is not None:
+            self.release.warn_of_units()
 
     def _lie_on_terrain(self) -> None:
         """Take interval, bottom and initial flow from the terrain and the release."""
@@ -175,6 +183,10 @@ class Scene:
     def _check_watch(self) -> None:
         """Refuse gauges and lines outside of the scene, and gauges where its terrain has no data."""
         self.watch.check(self.ends)
+        if self.watch.observed is not None:
+            if self.terrain is None:
+                raise ValueError("`observed` is the outline of a flow on a terrain, and this scene has none: leave it out")
+            compare_outline(np.zeros(self.terrain.grid.shape), self.watch.observed, self.terrain)  # refused here, not after a run
         if self.terrain is not None and self.watch.gauges:
             lost = self.terrain.missing.flat[self.grid().cells_at(self.watch.gauges, "`gauges`")]
             if lost.any():

@@ -1,4 +1,4 @@
-"""`Watch`: what a run of a scene records besides its outputs: gauges, cross-sections, hazard maps."""
+"""`Watch`: what a run of a scene records besides its outputs: gauges, cross-sections, front, hazard maps."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,8 +8,12 @@ import attrs
 
 from fvkit import CrossSection, Gauge, Observer, validation
 from fvkit.problem.grid import NAMES
+from fvkit_granular.observers.front import Front
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
+
+#: Depth, m, from which on hazard maps with two axes count a flow as arrived, where a scene does not say.
+THRESHOLD = 0.1
 
 
 def _places(value: Any) -> tuple[Any, ...]:
@@ -34,7 +38,8 @@ def _lines(value: Any) -> dict[str, Any]:
             CrossSection(line)
         except (ValueError, TypeError) as error:
             raise type(error)(f"`lines`, {name}: {error}") from None
-    return {str(name): [tuple(point) for point in line] for name, line in given.items()}
+    return {str(name): [tuple(point) for point in line] if isinstance(line, (list, tuple)) else float(line)
+            for name, line in given.items()}
 
 
 def _path(value: Any) -> tuple[tuple[float, float], ...]:
@@ -46,22 +51,26 @@ def _path(value: Any) -> tuple[tuple[float, float], ...]:
 
 @attrs.frozen
 class Watch:
-    """What a run records at every step: gauges at places, discharge through lines, run-out along a path, and hazard maps.
+    """What a run records at every step: gauges at places, discharge through lines, run-out along a path, front, hazard maps.
 
     Parameters
     ----------
     gauges : places x, m, or pairs (x, y) with two axes.
-    lines : {name: points (x, y)}, cross-sections, see `fvkit.CrossSection`; two axes alone.
-    threshold, density, least : of `HazardMaps`, which are kept with two axes; ``threshold`` of `RunOut` too.
+    lines : {name: points (x, y)}, cross-sections, see `fvkit.CrossSection`; with one axis {name: place x}.
+    threshold : depth, m, of `HazardMaps`, `RunOut` and `Front`. With one axis front and largest values are recorded where it is
+        given; with two None is 0.1.
+    density, least : of `HazardMaps`; with one axis ``density`` has no effect and is refused.
     path : points (x, y) of a path line, see `RunOut` and `read_path`; two axes alone.
+    observed : outline of what was observed, as `compare_outline` takes it, on a terrain: its score is in output and report.
     """
 
     gauges: tuple[Any, ...] = attrs.field(default=(), converter=_places)
     lines: Mapping[str, Any] = attrs.field(factory=dict, converter=_lines)
-    threshold: float = validation.number(0.1, above=0.0)
+    threshold: float | None = validation.optional_number(above=0.0)
     density: float = validation.number(2000.0, above=0.0)
     least: float = validation.number(0.01, above=0.0)
     path: tuple[tuple[float, float], ...] = attrs.field(default=(), converter=_path)
+    observed: Any = attrs.field(default=None, repr=False)
 
     def check(self, ends: Sequence[tuple[float, float]]) -> None:
         """Raise ValueError where a gauge or a line has not one coordinate per axis, or lies outside of the scene.
@@ -70,12 +79,19 @@ class Watch:
         ----------
         ends : (lower, upper) of each axis, m.
         """
-        for key in ("lines", "path"):
-            if getattr(self, key) and len(ends) == 1:
-                raise ValueError(f"`{key}` is for scenes with two axes, and this one has one: take `gauges`")
+        for key, instead in (("path", "front.csv of a `threshold` has the run-out"), ("density", "no pressure is written")):
+            if len(ends) == 1 and getattr(self, key) != getattr(Watch(), key):
+                raise ValueError(f"`{key}` is for scenes with two axes, and this one has one: {instead}, leave it out")
+        if len(ends) == 1 and self.threshold is None and self.least != Watch().least:
+            raise ValueError("`least` is of the largest speed, which a scene with one axis records with a `threshold`: give that")
+        for name, line in self.lines.items():
+            if isinstance(line, list) != (len(ends) > 1):
+                wanted = "a list of points (x, y) in a scene with two axes" if len(ends) > 1 else "a place x in one with one axis"
+                raise ValueError(f"`lines`, {name} must be {wanted}, got {validation.shown(line)}")
         points = [("gauges", "", place) for place in self.gauges]
         points += [("path", "", point) for point in self.path]
-        points += [("lines", f", {name}", point) for name, line in self.lines.items() for point in line]
+        points += [("lines", f", {name}", point) for name, line in self.lines.items()
+                   for point in (line if isinstance(line, list) else [line])]
         for key, which, point in points:
             at = point if isinstance(point, tuple) else (point,)
             if len(at) != len(ends):
@@ -87,10 +103,13 @@ class Watch:
                                      f"got {letter} = {value:.10g}")
 
     def observers(self, axes: int) -> dict[str, Observer]:
-        """Return new observers for a run, {name: observer}: "gauges", "hazard", "run-out", and each line by its name."""
+        """Return new observers, {name: observer}: "gauges", "hazard", "front", "run-out", and each line by its name."""
         found: dict[str, Observer] = {"gauges": Gauge(list(self.gauges))} if self.gauges else {}
-        if axes > 1:
-            found["hazard"] = HazardMaps(self.threshold, self.density, self.least)
+        deep = THRESHOLD if self.threshold is None else self.threshold
+        if axes > 1 or self.threshold is not None:
+            found["hazard"] = HazardMaps(deep, self.density, self.least)
+        if axes == 1 and self.threshold is not None:
+            found["front"] = Front(deep)
         if self.path:
-            found["run-out"] = RunOut(self.path, self.threshold)
+            found["run-out"] = RunOut(self.path, deep)
         return found | {f"line {name}": CrossSection(points) for name, points in self.lines.items()}

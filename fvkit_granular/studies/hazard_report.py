@@ -3,20 +3,22 @@
 import base64
 import html
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from fvkit import CrossSection, Gauge, Solution
-from fvkit.files import csv_text, write_whole
+from fvkit import Solution
+from fvkit.files import write_whole
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.studies.mass_balance import EDGES, mass_balance
+from fvkit_granular.studies.series import is_series, series_names, write_series
 from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
+from fvkit_granular.terrain.outline import compare_outline
 from fvkit_granular.terrain.rasters import write_raster
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -28,14 +30,13 @@ STYLE = ("body{font-family:sans-serif;max-width:60em;margin:2em auto;padding:0 1
          "pre{background:#f4f4f4;padding:1em;overflow:auto}img{max-width:100%}")
 
 
-def file_names(scene: Scene, ending: str) -> list[str]:
+def file_names(scene: Scene, ending: str, picture: str = "png") -> list[str]:
     """Return the names of all files that `write_hazard` writes, but those of ``.prj``."""
-    series = [*["gauges.csv"] * bool(scene.watch.gauges), *["run-out.csv"] * bool(scene.watch.path),
-              *(f"line-{name}.csv" for name in scene.watch.lines)]
+    series = series_names(scene)
     if scene.terrain is None:
         return series
     rasters = [f"{layer.name}{suffix}" for suffix in (ending, ".qml") for layer in LAYERS]
-    return [*rasters, *(f"{layer.name}.png" for layer in LAYERS if layer.least is not None), *series, "report.html"]
+    return [*rasters, *(f"{layer.name}.{picture}" for layer in LAYERS if layer.least is not None), *series, "report.html"]
 
 
 def is_record(name: str) -> bool:
@@ -44,10 +45,11 @@ def is_record(name: str) -> bool:
     if name != Path(name).name:
         return False
     raster = ending in (".asc", ".tif", ".qml") and stem in (layer.name for layer in LAYERS)
-    return raster or name in ("gauges.csv", "run-out.csv", "report.html") or (name.startswith("line-") and ending == ".csv")
+    return raster or name == "report.html" or is_series(name)
 
 
-def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc") -> str:
+def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc",
+                 picture: str = "png") -> str:
     """Write rasters, maps, series and the report of a run on a terrain into a folder, and return what is to be printed.
 
     Parameters
@@ -56,6 +58,7 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     scene, solution : what was run, and its result.
     watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
     ending : of rasters, ``.asc`` or ``.tif``.
+    picture : format of the maps; the report holds them as PNG.
     """
     from fvkit_granular.terrain.maps import draw_map
 
@@ -64,12 +67,13 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     pictures, relief = {}, draw_map(terrain, release=scene.release)  # drawn once for all maps
     for layer in LAYERS:
         seen = solution.observables()["h"] if layer.key is None else maps[layer.key]
-        values, picture = np.where(np.isfinite(seen), seen, np.nan), f"{layer.name}.png"
+        values = np.where(np.isfinite(seen), seen, np.nan)
         write_style(write_raster(folder / f"{layer.name}{ending}", values, terrain), layer)
         if layer.least is not None:
-            pictures[picture] = _drawn(relief, terrain, values, layer)
-            write_whole(folder / picture, partial(_fill, pictures[picture]))
-    write_series(folder, watched)
+            drawn = _drawn(relief, terrain, values, layer, dict.fromkeys(("png", picture)))
+            pictures[f"{layer.name}.png"] = drawn["png"]
+            write_whole(folder / f"{layer.name}.{picture}", partial(_fill, drawn[picture]))
+    write_series(folder, watched, solution)
     summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
     told = limits(scene, solution, hazard, watched)
     page = _page(scene, solution, summary, told, pictures)
@@ -105,35 +109,19 @@ def _fill(content: bytes, file: IO[bytes]) -> None:
     file.write(content)
 
 
-def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer) -> bytes:
-    """Return the PNG of a layer over the relief, and take the layer away again."""
+def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer, formats: Iterable[str]) -> dict[str, bytes]:
+    """Return pictures of a layer over the relief, {format: content}, and take the layer away again."""
     from fvkit_granular.terrain.maps import lay_over
 
-    target = io.BytesIO()
+    found = {}
     bar = lay_over(relief, terrain, values / layer.unit, layer.shows, (layer.least or 0.0) / layer.unit)
-    relief.figure.savefig(target, format="png", dpi=120, pil_kwargs={"compress_level": 3})
+    for kind in formats:
+        target = io.BytesIO()
+        relief.figure.savefig(target, format=kind, dpi=120, **({"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}))
+        found[kind] = target.getvalue()
     bar.remove()
     bar.mappable.remove()
-    return target.getvalue()
-
-
-def write_series(folder: Path, watched: Mapping[str, Any]) -> None:
-    """Write the series of gauges and of lines as CSV files."""
-    for name, observer in watched.items():
-        if isinstance(observer, Gauge):
-            _write(folder / "gauges.csv", ["t", *(f"{what} at {k}" for what in observer.values for k in range(len(observer.x)))],
-                   [observer.t, *(column for values in observer.values.values() for column in values.T)])
-        if isinstance(observer, RunOut):
-            _write(folder / "run-out.csv", ["t", "distance"], [observer.t, observer.distance])
-        if isinstance(observer, CrossSection):
-            columns = {"t": observer.t} | {f"discharge {mass}": values for mass, values in observer.discharge.items()} \
-                | {f"volume {mass}": values for mass, values in observer.volume.items()}
-            _write(folder / f"line-{name.removeprefix('line ')}.csv", list(columns), list(columns.values()))
-
-
-def _write(path: Path, header: Sequence[str], columns: Sequence[np.ndarray]) -> None:
-    text = csv_text(header, zip(*(column.tolist() for column in columns), strict=True))
-    write_whole(path, lambda file: file.write(text.encode()))
+    return found
 
 
 def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
@@ -148,7 +136,23 @@ def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
         lines.append(f"it reaches from {np.nanmax(heights):.5g} down to {np.nanmin(heights):.5g} m of elevation")
     lines.append(f"largest depth {maps['depth'].max():.4g} m, speed {maps['speed'].max():.4g} m/s, dynamic pressure "
                  f"{maps['pressure'].max() / 1e3:.4g} kPa")
+    if scene.watch.observed is not None:
+        score = compare_outline(maps["depth"], scene.watch.observed, scene.terrain, hazard.threshold)
+        lines.append(f"deeper than {hazard.threshold:g} m against what was observed: {score}")
     lines.append(f"equations for {getattr(model, 'slope', 'mild')} slopes")
+    return "\n".join(lines)
+
+
+def _computed_with(scene: Scene, solution: Solution) -> str:
+    """Return model and sources as text, with the range of what varies over the ground in place of its cells."""
+    lines = [str(solution.model)]
+    for source in scene.sources:
+        told = []
+        for name in source.parameter_names():
+            value = getattr(source, name)
+            several = np.ndim(value) > 0
+            told.append(f"{name}={np.min(value):.6g} to {np.max(value):.6g}, by cell" if several else f"{name}={value}")
+        lines.append(f"{type(source).__name__}({', '.join(told)})")
     return "\n".join(lines)
 
 
@@ -165,7 +169,7 @@ def _page(scene: Scene, solution: Solution, summary: str, told: Sequence[str], p
         parts.append(f'<figure><img alt="{name}" src="data:image/png;base64,{picture}"><figcaption>{name}</figcaption></figure>')
     parts += [f"<h2>Terrain</h2><pre>{html.escape(scene.terrain.describe())}</pre>",
               f"<h2>Release</h2><pre>{html.escape(str(scene.release))}</pre>",
-              "<h2>Computed with</h2><pre>" + html.escape(f"{solution.model}\n" + "\n".join(map(str, scene.sources))) + "</pre>",
+              f"<h2>Computed with</h2><pre>{html.escape(_computed_with(scene, solution))}</pre>",
               f"<p>{html.escape(versions)}. {html.escape(kept['citation'])}</p>"]
     head = f'<meta charset="utf-8"><title>{html.escape(scene.name or "report")}</title><style>{STYLE}</style>'
     return f'<!DOCTYPE html><html lang="en"><head>{head}</head><body>' + "\n".join(parts) + "</body></html>\n"

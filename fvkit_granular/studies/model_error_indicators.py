@@ -112,7 +112,8 @@ def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indi
     g, gamma, time = scene.g, scene.gamma, scene.t_end
     wet = h > DRY * h.max()
     if not wet.any():
-        raise ValueError(f"the scene {scene.name or ''} is dry everywhere: there is nothing to advise on")
+        raise ValueError(f"the scene {scene.name or ''} is dry everywhere at the start, and advice is of the initial state: run "
+                         "it with two numbers of cells and with two models, and compare")
     both = wet & (phi > 0.0) & (phi < 1.0)
     w = np.where(both, w, 0.0)
     rho = phi + gamma * (1.0 - phi)

@@ -20,6 +20,9 @@ from fvkit_granular.scenes.toml.read import find_factory
 #: Fields of a scene that are parameters.
 PHYSICS = ("g", "gamma", "t_end")
 
+#: How the name of a factor on a field of a source ends.
+FACTOR = ".factor"
+
 #: Numbers of cells of a run, with two axes along x, where none is given, by the number of axes.
 CELLS = {1: 400, 2: 100}
 
@@ -69,6 +72,7 @@ class SceneRun:
     * arguments of the function that makes the scene, such as ``eps`` of perturbed-rest;
     * ``g``, ``gamma``, ``t_end``: of the scene;
     * ``sources.D``: the field D of the source that has one; ``sources.0.D`` where several have, counted from 0;
+      ``sources.D.factor``: a factor on it, also where it varies over the grid, which one number would not;
     * ``initial.h``, ``initial.phi``, ``initial.vs``, ``initial.vf``, with two axes ``initial.vs_x`` and so on: a factor on that
       initial value, everywhere;
     * ``model``: a model by name; ``model.dry``: its fields;
@@ -181,7 +185,8 @@ class Scaled:
 
 
 def _change_source(sources: list[Any], name: str, value: Any) -> None:
-    """Put ``value`` into the one source that ``name``, ``sources.FIELD`` or ``sources.NUMBER.FIELD``, means."""
+    """Put ``value`` into the one source that ``name`` means: ``sources.FIELD`` or ``sources.NUMBER.FIELD``, or a factor on it."""
+    name, factor, _ = name.partition(FACTOR)
     *number, field = name.split(".")[1:]
     known = {f"sources.{i}.{have}": i for i, source in enumerate(sources) for have in source.parameter_names()}
     if number:
@@ -194,6 +199,14 @@ def _change_source(sources: list[Any], name: str, value: Any) -> None:
     if len(where) > 1:
         raise ValueError(f"parameter `{name}` is in several sources: write one of " + ", ".join(
             full for full in known if full.endswith(f".{field}")))
+    before = getattr(sources[where[0]], field)
+    varies, single = callable(before) or np.ndim(before) > 0, validation.is_single(value) and not callable(value)
+    if varies and single and (callable(before) or not factor):
+        way = "give a function that makes the scene from its parameters" if callable(before) else \
+            f"take `{name}{FACTOR}`, a factor on it"
+        raise ValueError(f"`{name}` varies over the grid, and one number would replace all of it: {way}")
+    if factor:
+        value = validation.real(value, f"{name}{FACTOR}", hint="a factor") * (np.asarray(before) if varies else before)
     sources[where[0]] = attrs.evolve(sources[where[0]], **{field: value})
 
 

@@ -1,5 +1,6 @@
 """Scores of a computed area against an observed outline (`compare_outline`)."""
 
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -57,7 +58,8 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
 
     Parameters
     ----------
-    values : (ny, nx) results on the terrain, such as largest depths, m; NaN counts as not reached.
+    values : (ny, nx) results on the terrain, such as largest depths, m, or a raster of them on its grid, such as the
+        ``max_depth.asc`` of a run; NaN and no data count as not reached.
     observed : polygons, as `read_release` takes them, without attributes; or a raster on the grid of the terrain or an array
         (ny, nx), observed where it is > 0.
     terrain : the terrain.
@@ -71,7 +73,8 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
     Raises
     ------
     ValueError, TypeError
-        If shapes, grids or CRS differ, or a file is damaged, as in `read_release`; polygons may reach beyond the terrain here.
+        If shapes, grids or CRS differ, or a file is damaged, as in `read_release`; polygons may reach beyond the terrain here,
+        but not lie beyond it altogether.
 
     Examples
     --------
@@ -84,10 +87,14 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
     """
     ground = validation.instance(terrain, "terrain", Terrain)
     threshold = validation.real(above, "above")
-    cells = validation.floats(values, "values")
+    cells = cells_of(values, ground, "values")[1] if isinstance(values, (str, Path)) else \
+        validation.floats(values, "values")
     if cells.shape != ground.grid.shape:
         raise ValueError(f"`values` must have the shape of the terrain, {ground.grid.shape}, got {cells.shape}")
     covered, total = _observed(observed, ground)
+    if total > 0.0 and not covered.any():
+        raise ValueError(f"`observed` must reach into the terrain, {ground.name!r}, got an outline that lies beyond it: look at "
+                         "its coordinates and CRS")
     computed, known = np.nan_to_num(cells, nan=-np.inf) > threshold, ~ground.missing
     area = ground.grid.cell_volume
     hits, misses = (area * float(covered[known & where].sum()) for where in (computed, ~computed))

@@ -7,11 +7,15 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.studies.tables import table
+from fvkit_granular.sources.plausible import caution
 from fvkit_granular.terrain import crs as systems
 from fvkit_granular.terrain import features
 from fvkit_granular.terrain.features import Feature, check_apart, is_vector, read_features
 from fvkit_granular.terrain.rasters import cells_of
 from fvkit_granular.terrain.terrain import SAME_CELLS, Terrain
+
+#: Plausible thickness, m: more than of the largest rock avalanches.
+THICKEST = 150.0
 
 #: Attributes of features, in any case: thickness, m, and solid fraction.
 THICKNESS, SOLID = ("thickness", "d0", "h"), ("solid_fraction", "phi")
@@ -61,6 +65,10 @@ class Release:
             if values is not None and (values.min() < 0.0 or values.max() > most):
                 raise ValueError(f"`{name}` must be >= 0{' and <= 1' if most == 1.0 else ' m'}, got {values.min():g} to "
                                  f"{values.max():g}")
+
+    def warn_of_units(self) -> None:
+        """Warn where the thickness looks like another unit."""
+        caution(self, "thickness", 0.0, THICKEST, "it is in m, and 200 cm are 2")
 
     @property
     def volume(self) -> float:

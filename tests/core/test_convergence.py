@@ -158,3 +158,9 @@ def test_the_cost_of_a_run_is_predicted_from_coarser_ones():
     assert predicted(400, [(200, 4.0), (100, 1.0)]) == pytest.approx(16.0)
     assert predicted(400, [(200, 1.0), (100, 1.0)]) == pytest.approx(2.0), "grows at least with N"
     assert predicted(400, [(200, 9.0), (100, 1.0)]) == pytest.approx(36.0), "and at most with its square"
+
+
+def test_a_reference_that_is_not_finite_is_refused():
+    with pytest.raises(ValueError, match="`reference` must be finite"):
+        fv.convergence(lambda n: fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, n), lambda x: [x], 0.1), None, (4, 8),
+                       lambda x, t: [np.nan * x], backend="numpy")

@@ -144,7 +144,7 @@ def test_a_sweep_goes_on_where_it_stopped(tmp_path):
     assert shares == [0.8, 0.9, 1.0]
     assert len(list(marks.iterdir())) == 13  # the mark of mending, and members 4 and 7 again
     np.testing.assert_array_equal(second.outputs["value"], 10.0 * np.arange(10))
-    with pytest.raises(ValueError, match="holds another sweep: parameters differ"):
+    with pytest.raises(ValueError, match="holds another sweep, of other parameters"):
         fv.sweep(members.counted, {"x": range(9), "folder": [str(marks)] * 9}, workers=1, folder=folder)
 
 

@@ -223,7 +223,7 @@ def test_the_validation_prints_its_tables(capsys):
 
 @pytest.mark.parametrize(("arguments", "words"), [
     (["advise"], "SCENE"),
-    (["advise", "riemannn"], "did you mean riemann?"), (["advise", "rest", "--tol", "-1"], "`tol` must be"),
+    (["advise", "riemannn"], "did you mean riemann?"), (["advise", "rest", "--tol", "-1"], "`--tol` must be"),
 ])
 def test_mistakes_are_one_line(arguments, words, capsys):
     assert main(arguments) == 2

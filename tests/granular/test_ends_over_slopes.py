@@ -1,4 +1,5 @@
 """Ends over ground that goes on: a lake keeps its level, a river its depth, and what is given enters."""
+import warnings
 from functools import partial
 
 import numpy as np
@@ -228,3 +229,23 @@ def test_a_lake_at_an_end_has_no_more_head_than_its_level(riemann):
     shore = mild_scene((0.0, 20.0), 40.0, lambda x: {"h": 0.0 * x, "phi": 0.0}, bottom=lambda x: x, boundary=(gr.FixedLevel(5.0), fv.Wall()))
     solution = fv.solve(shore.problem(gr.ShallowWater, 40), fv.WavePropagation(riemann), backend="numpy")
     assert solution.q[-1, 0].sum() * 0.5 == pytest.approx(12.5, rel=0.02)
+
+
+FALLING = -0.02 * np.arange(50.0)
+LAST = np.arange(50) == 49
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(("ground", "warns"), [
+    (FALLING + 0.03 * LAST, True), (FALLING + 0.02 * LAST, True), (FALLING + 0.03 * np.cos(3.0 * np.arange(50)), True),
+    (FALLING, False), (-FALLING, False), (0.0 * FALLING, False), (np.where(LAST, 20.0, FALLING), False),
+    (0.01 * (49.5 - np.arange(50)) ** 2, False), (np.random.default_rng(0).uniform(-1.0, 1.0, 50), False), (FALLING[:5], False)],
+    ids=["bump", "level", "rough", "plane", "rises", "flat", "wall", "valley", "random", "short"])
+def test_a_last_cell_that_hides_the_slope_of_its_reach_is_warned_of(ground, warns, left):
+    model, count = gr.ShallowWater(), len(ground)
+    q, ends = model.conserved_from(np.ones(count), 0.0), (fv.Outflow(), fv.Wall()) if left else (fv.Wall(), fv.Outflow())
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        for end in (ends, tuple(fv.Outflow(slope=0.001) if isinstance(one, fv.Outflow) else one for one in ends)):
+            fv.Problem(model, fv.Grid(0.0, 20.0 * count, count), q, 1.0, {"b": ground[::-1] if left else ground}, end)
+    assert ["over the last 10 cells" in str(one.message) for one in seen] == [True] * warns

@@ -129,8 +129,8 @@ def test_the_command_draws_and_films(tmp_path, capsys, monkeypatch):
     out = tmp_path / "out"
     arguments = ["run", "dam-break-phi", "--cells", "30", "--out", str(out)]
     assert main([*arguments, "--plot", "profile", "slip", "--animate", "film.gif"]) == SUCCESS
-    assert "solution.npz, profile.png, slip.png, film.gif" in capsys.readouterr().out
-    assert {path.name for path in out.iterdir()} == {"solution.npz", "profile.png", "slip.png", "film.gif"}
+    assert "solution.npz, run.txt, profile.png, slip.png, film.gif" in capsys.readouterr().out
+    assert {path.name for path in out.iterdir()} == {"solution.npz", "run.txt", "profile.png", "slip.png", "film.gif"}
     assert main([*arguments, "--plot", "profil"]) == MISTAKE
     assert "did you mean profile?" in capsys.readouterr().err
     assert main([*arguments, "--animate", "film.avi"]) == MISTAKE
@@ -219,3 +219,8 @@ friction = {type = "coulomb", nu = 0.2}
     for name in ("profile.png", "depth.png"):
         with Image.open(out / name) as picture:
             assert shown(picture) > 2e-3
+
+
+def test_the_name_of_a_file_is_no_axes():
+    with pytest.raises(TypeError, match=r"`ax` must be .*x\.pdf.*figure\.savefig"):
+        fv.solve(gr.scene("rest").problem(gr.ShallowWater, 4), backend="numpy").plot("x.pdf")

@@ -1,5 +1,7 @@
 """`gr.SceneRun` and `fvkit sweep`: parameters by name reach scene, sources, model and scheme."""
 
+from functools import partial
+
 import attrs
 import numpy as np
 import pytest
@@ -140,3 +142,24 @@ def test_the_command_runs_on_a_dask_cluster(tmp_path, capsys):
                                   local_directory=str(tmp_path)) as cluster:
         assert main(["sweep", file, "--dask", cluster.scheduler_address, "--out", str(tmp_path / "out")]) == SUCCESS
     assert "6 of 6 members finished" in capsys.readouterr().out
+
+
+def zones(nu):
+    """A scene whose friction is given along x."""
+    return gr.Scene((0.0, 4.0), 0.1, lambda x: {"h": 1.0 + 0.0 * x, "phi": 0.5}, sources=gr.CoulombFriction(nu))
+
+
+@pytest.mark.parametrize("nu", [[0.1, 0.2, 0.3, 0.4], 0.2])
+def test_a_factor_on_a_source_keeps_how_it_varies(nu):
+    scene = gr.SceneRun(partial(zones, nu), cells=4).scene_of({"sources.nu.factor": 1.5})
+    assert np.array_equal(scene.sources[0].nu, 1.5 * np.array(nu))
+
+
+@pytest.mark.parametrize(("nu", "name", "words"), [
+    ([0.1, 0.2, 0.3, 0.4], "sources.nu", r"`sources.nu` varies over the grid, .* take `sources.nu.factor`"),
+    ([0.1, 0.2, 0.3, 0.4], "sources.0.nu", "take `sources.0.nu.factor`"), (lambda x: 0.1 + 0.0 * x, "sources.nu", "give a function"),
+    (lambda x: 0.1 + 0.0 * x, "sources.nu.factor", "give a function"), (0.3, "sources.mu.factor", "did you mean sources.nu"),
+    (0.3, "sources.nu.factor", r"`sources.nu.factor` must be finite")])
+def test_one_number_does_not_replace_zones_in_silence(nu, name, words):
+    with pytest.raises(ValueError, match=words):
+        gr.SceneRun(partial(zones, nu), cells=4).setup({name: float("nan") if "finite" in words else 1.0})

@@ -1,5 +1,7 @@
 """Scenes: each runs, each has the reference that it promises, and physics becomes data for every model."""
 
+import warnings
+
 import attrs
 import numpy as np
 import pytest
@@ -71,3 +73,11 @@ def test_a_code_for_a_missing_height_is_refused(code):
     scene = gr.Scene((0.0, 100.0), 1.0, lambda x: {"h": 1.0, "phi": 0.5}, bottom=lambda x: np.where(np.abs(x - 30.0) < 2.0, code, 100.0 - 0.1 * x))
     with pytest.raises(ValueError, match=r"`bottom` is .* at x = 28\.5 m, which looks like a code for a missing value.*fill the gap"):
         scene.problem(gr.ShallowWater, 100)
+
+
+@pytest.mark.parametrize(("g", "warned"), [(981.0, True), (0.00981, True), (9.81, False), (1.62, False), (490.0, False)])
+def test_gravity_in_another_unit_is_warned_of(g, warned):
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        gr.Scene((0.0, 1.0), 1.0, lambda x: {"h": 1.0 + 0.0 * x, "phi": 0.5}, g=g)
+    assert [f"`g` of Scene is {g:g}" in str(one.message) for one in seen] == [True] * warned

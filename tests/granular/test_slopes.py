@@ -283,3 +283,19 @@ def test_rounding_does_not_grow_in_a_block_that_slides(riemann):
         return fv.solve(problem, scheme(riemann)).q[-1]
 
     assert np.abs(state(0.0) - state(1e-13)).max() < 1e-10
+
+
+@pytest.mark.parametrize("riemann", [fv.Roe(), fv.HLL(), fv.Rusanov(), gr.Relaxation()], ids=lambda solver: type(solver).__name__)
+def test_steady_flow_over_a_bump_settles_to_rounding_at_a_large_courant_number(riemann):
+    """At order 2, Courant number .87, with limited slopes at the kinks of the bump: no limit cycle."""
+    pytest.importorskip("numba")
+    ends = gr.Hydrograph((0.0,), (4.42,), (0.0,)), gr.FixedLevel(2.0)
+    x = fv.Grid(0.0, 25.0, 100).centers
+    bump = np.maximum(0.2 - 0.05 * (x - 10.0) ** 2, 0.0)
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 25.0, 100), np.stack([2.0 - bump, np.full(100, 4.42)]), 1e4,
+                         aux={"b": bump}, boundary=ends)
+    stepper = fv.Stepper(problem, fv.WavePropagation(riemann), backend="numba")
+    for _ in range(12_000):
+        before = stepper.q.copy()
+        stepper.step(0.033)
+    assert np.abs(stepper.q[0] - before[0]).max() < 1e-13

@@ -28,7 +28,7 @@ def test_a_run_writes_its_solution_and_three_pictures(folder, capsys):
     assert main([*RUN, "--out", "out", "--line", "-0.5", "-0.5", "0.5", "0.5"]) == SUCCESS
     said = capsys.readouterr().out
     assert "12 x 12 cells" in said
-    assert sorted(path.name for path in (folder / "out").iterdir()) == ["cut.png", "map.png", "solution.npz", "vectors.png"]
+    assert sorted(path.name for path in (folder / "out").iterdir()) == ["cut.png", "map.png", "run.txt", "solution.npz", "vectors.png"]
     solution, scene = fv.load("out/solution.npz"), gr.scene("vortex")
     wanted = scene.known_reference().averages(solution.model, solution.grid, scene.t_end)
     error = np.abs(solution.q[-1, 0] - wanted[0]).sum() / 144.0
@@ -69,10 +69,10 @@ def test_a_run_goes_on_from_its_checkpoint_to_the_same_bits(folder, capsys):
     ([*RUN, "--line", "0", "0", "9", "0"], "`--line` must be within [-0.5, 0.5], got 9"),
     ([*RUN, "--line", "0", "0", "0", "0"], "`--line` must have two ends that differ"),
     (["run", "riemann", "--line", "0", "0", "1", "0"], "--line is the line of a cut through a plane, and this scene has one axis"),
-    (["run", "vortex", "--cells", "3x4x5"], "argument --cells: `value` must be a whole number, or NXxNY"),
-    (["run", "vortex", "--cells", "ten"], "argument --cells: `value` must be a whole number, or NXxNY"),
-    (["run", "vortex", "--cells", "0"], "`cells` must be >= 1, got 0"), (["run", "vortex", "--cells", "9x0"], "`num_cells[1]` must be >= 1, got 0"),
-    (["run", "riemann", "--cells", "10x10"], "`num_cells` must be a number for a scene with one axis, got (10, 10)"),
+    (["run", "vortex", "--cells", "3x4x5"], "`--cells` must be a whole number, or NXxNY"),
+    (["run", "vortex", "--cells", "ten"], "`--cells` must be a whole number, or NXxNY"),
+    (["run", "vortex", "--cells", "0"], "`--cells` must be >= 1, got 0"), (["run", "vortex", "--cells", "9x0"], "`--cells[1]` must be >= 1, got 0"),
+    (["run", "riemann", "--cells", "10x10"], "`--cells` must be a number for a scene with one axis, got (10, 10)"),
     ([*RUN[:-1], "pitman-le"], "PitmanLe serves one axis alone, got a grid with 2"),
     ([*RUN, "--reconstruction", "mp5"], "MethodOfLines serves a grid with one axis, got one with two: take fv.WavePropagation"),
     (["advise", "vortex"], "advice was validated for scenes with one axis alone, got one with two")])

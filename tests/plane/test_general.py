@@ -153,3 +153,33 @@ def test_a_solver_of_pyclaw_serves_two_axes_as_it_is():
     solvers = (fv.PyClawRiemann(pyclaw_roe, {"grav": 9.81}), fv.Roe())
     found, wanted = (fv.solve(problem, fv.WavePropagation(solver), backend="numpy").q[-1] for solver in solvers)
     assert_allclose(found, wanted, atol=1e-13)
+
+
+@attrs.frozen
+class Pipe(fv.Model):
+    """Isothermal gas of one axis, whose momentum a sweep along y would push along x."""
+
+    conserved = ("rho", "m")
+
+    def flux(self, q):
+        rho, m = q
+        return m, m * m / rho + rho
+
+    def wave_speeds(self, q):
+        u = q[1] / q[0]
+        return u - 1.0, u + 1.0
+
+
+@attrs.frozen
+class Pair(Pipe):
+    """The same law, said to hold no vector."""
+
+    vectors: ClassVar[tuple[tuple[int, ...], ...]] = ()
+
+
+def test_a_law_of_several_components_says_which_of_them_turn():
+    plane, start = fv.Grid((0.0, 0.0), (1.0, 1.0), (4, 4)), lambda x, y: [1.0 + x, 0.0 * x]
+    with pytest.raises(ValueError, match=r"Pipe has 2 components and does not say which .* set `vectors`"):
+        fv.Problem(Pipe(), plane, start, 0.1)
+    assert fv.Problem(Pair(), plane, start, 0.1).q0.shape == (2, 4, 4)
+    assert fv.Problem(Pipe(), fv.Grid(0.0, 1.0, 4), lambda x: [1.0 + x, 0.0 * x], 0.1).q0.shape == (2, 4)

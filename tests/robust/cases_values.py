@@ -119,6 +119,7 @@ KINDS = {
 }
 
 KINDS |= {
+    "array or file": [(value, ValueError if isinstance(value, str) else error) for value, error in KINDS["array"]],  # a text is a path
     "grid": [(value, error) for value, error in NO_PARTS if not isinstance(value, fv.Grid)],
     "parts": typed(None, 5, "roe", np.ones(3), object, Unshowable(), fv.Grid, [None], ["drag"]),
     "side": typed(None, 5, "wall", object, Unshowable(), fv.Outflow, (None, None), ("wall", "wall")) + valued([], [fv.Outflow()] * 3, (fv.Periodic(), fv.Outflow())),

@@ -194,7 +194,7 @@ def test_warnings_do_not_hide_mistakes(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check(main(["run", "rest", "--cells", "0"]), *capsys.readouterr(), ("`num_cells`",))
+        check(main(["run", "rest", "--cells", "0"]), *capsys.readouterr(), ("`--cells`",))
 
 
 def test_a_sweep_file_names_what_is_wrong_in_it(folder, monkeypatch, capsys):

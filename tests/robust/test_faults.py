@@ -223,7 +223,7 @@ def test_two_runs_into_one_folder_leave_whole_files(tmp_path):
         assert process.returncode == 0, complaint
         assert "written to" in said
     assert fv.load(tmp_path / "out" / "solution.npz").grid.num_cells in (60, 80)
-    assert sorted(os.listdir(tmp_path / "out")) == ["profile.png", "solution.npz"]
+    assert sorted(os.listdir(tmp_path / "out")) == ["profile.png", "run.txt", "solution.npz"]
 
 
 def together(*works):
@@ -246,7 +246,7 @@ def swept(folder, given):
     try:
         result = fv.sweep(members.square, given, workers=1, folder=folder)
     except ValueError as error:
-        return 3 if "holds another sweep: parameters differ" in str(error) else 4
+        return 3 if "holds another sweep, of other parameters" in str(error) else 4
     return 0 if np.array_equal(result.outputs["value"], np.square(given["x"])) else 5
 
 

@@ -81,7 +81,7 @@ def test_a_run_that_does_not_succeed_keeps_the_result_of_one_that_did(fails, her
         patched.setattr(*bad)
         for _ in range(2):  # with no good result there, its own take the place of those of the run before
             assert main([*RUN, "--out", str(out)]) not in (SUCCESS, MISTAKE)
-            assert names(out) == {"solution.npz", "profile.png"}
+            assert names(out) == {"solution.npz", "run.txt", "profile.png"}
     assert main([*RUN, "--out", str(out), "--plot", "slip"]) == SUCCESS
     good = contents()
     monkeypatch.setattr(*bad)
@@ -90,11 +90,12 @@ def test_a_run_that_does_not_succeed_keeps_the_result_of_one_that_did(fails, her
         assert main([*RUN, "--out", str(out)]) not in (SUCCESS, MISTAKE)
         assert contents() == good
         said = capsys.readouterr().out
-        assert f"written to {out}/unsuccessful/: solution.npz, profile.png; {out}/ keeps the result of an earlier run" in said
+        assert f"written to {out}/unsuccessful/: solution.npz, run.txt, profile.png; {out}/ keeps the result of an earlier run" in said
         assert not fv.load(out / "unsuccessful" / "solution.npz").success
     monkeypatch.setattr("fvkit_granular.cli.run.solve", solve)
     assert main([*RUN, "--out", str(out)]) == SUCCESS
-    assert names(out) == {"solution.npz", "profile.png", "unsuccessful/solution.npz", "unsuccessful/profile.png"}
+    assert names(out) == {"solution.npz", "run.txt", "profile.png", "unsuccessful/solution.npz", "unsuccessful/run.txt",
+                          "unsuccessful/profile.png"}
 
 
 def test_a_film_makes_its_folder(here, monkeypatch):

@@ -66,6 +66,26 @@ def change(folder, name, old, new):
     (folder / name).write_text(text.replace(old, new))
 
 
+def test_a_run_is_scored_against_what_was_observed(folder, capsys):
+    change(folder, "scene.toml", "gauges = [", 'observed = "release.geojson"\ngauges = [')
+    assert main(["run", "scene.toml", "--out", "out", "--model", "shallow-water", "--format", "svg"]) == 0
+    score = gr.compare_outline("out/max_depth.asc", "release.geojson", gr.read_terrain("dem.asc"))
+    assert score.hits > 0.0
+    line = f"deeper than 0.1 m against what was observed: {score}"
+    assert line in capsys.readouterr().out
+    assert line in (folder / "out" / "report.html").read_text(encoding="utf-8")
+    assert line in (folder / "out" / "run.txt").read_text(encoding="utf-8")
+    assert (folder / "out" / "max_depth.svg").read_bytes().startswith(b"<?xml")
+    assert not list((folder / "out").glob("*.png"))
+
+
+def test_the_report_has_the_range_of_friction_by_cell(folder):
+    gr.write_raster("nu.asc", np.where(np.arange(12) < 6, 0.1, 0.3) * np.ones((6, 12)), gr.read_terrain("dem.asc"))
+    change(folder, "scene.toml", "nu = 0.2", 'nu = {file = "nu.asc", elsewhere = 0.1}')
+    assert main(["run", "scene.toml", "--out", "out", "--model", "shallow-water"]) == 0
+    assert "CoulombFriction(nu=0.1 to 0.3, by cell)" in (folder / "out" / "report.html").read_text(encoding="utf-8")
+
+
 def test_a_run_writes_rasters_series_and_a_report(folder, capsys):
     assert main(["run", "scene.toml", "--out", "out", "--model", "shallow-water"]) == 0
     printed = capsys.readouterr().out

@@ -43,6 +43,7 @@ def test_rasters_and_arrays_are_outlines_too(tmp_path):
     values[0, 0] = np.nan
     observed = reached(slice(2, 4), slice(0, 4), 1.0)
     path = gr.write_raster(tmp_path / "observed.asc", np.where(observed > 0.0, observed, np.nan), terrain)
+    assert gr.compare_outline(path, observed, terrain) == gr.compare_outline(observed, observed, terrain)
     for given in (observed, path):
         assert gr.compare_outline(values, given, terrain) == gr.OutlineScore(100.0, 100.0, 100.0)
     assert gr.compare_outline(values, observed, terrain, above=0.6).hits == 0.0
@@ -57,6 +58,12 @@ def test_rasters_and_arrays_are_outlines_too(tmp_path):
 def test_outlines_that_do_not_fit_are_refused(change, words):
     with pytest.raises((ValueError, TypeError), match=words):
         gr.compare_outline(**dict(values=np.zeros((6, 8)), observed=OUTLINE, terrain=ramp()) | change)
+
+
+def test_an_outline_beyond_the_terrain_is_refused():
+    away = {"type": "Polygon", "coordinates": [[[47.1, 10.2], [47.2, 10.2], [47.2, 10.3]]]}
+    with pytest.raises(ValueError, match="`observed` must reach into the terrain"):
+        gr.compare_outline(np.zeros((6, 8)), away, gr.Terrain(fv.Grid((1000.0, 2000.0), (1080.0, 2060.0), (8, 6)), np.zeros((6, 8))))
 
 
 def test_a_map_shows_ground_results_release_and_scale(tmp_path):

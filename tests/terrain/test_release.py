@@ -2,10 +2,12 @@
 
 import json
 import sys
+import warnings
 
 import numpy as np
 import pytest
 
+import fvkit as fv
 import fvkit_granular as gr
 from tests.terrain.rasters import LAMBERT, ramp
 
@@ -255,3 +257,13 @@ def test_a_release_made_by_hand_is_checked(change, words):
     assert gr.Release(**good).volume == 48 * 25.0
     with pytest.raises((ValueError, TypeError), match=words):
         gr.Release(**good | change)
+
+
+@pytest.mark.parametrize(("thickness", "warned"), [(2.0, False), (200.0, True)])
+def test_a_thickness_in_centimetres_is_warned_of(thickness, warned):
+    terrain = gr.Terrain(fv.Grid((0.0, 0.0), (40.0, 20.0), (4, 2)), np.zeros((2, 4)))
+    release = gr.read_release(np.full((2, 4), thickness), terrain)
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        gr.Scene(terrain=terrain, release=release, t_end=1.0, phi=0.5)
+    assert ["it is in m, and 200 cm are 2" in str(one.message) for one in seen] == [True] * warned

@@ -34,7 +34,8 @@ MISTAKES = {
     "outputs": [
         (GAUGES, "gauges = [[32.5, 12.5], ", "`gauges` must lie within the scene"), (GAUGES, "gauges = [1032.5, ", "`gauges`"),
         (GAUGES, 'gauges = [["a", 2], ', "`gauges` must be"), (GAUGES, f"count = 0\n{GAUGES}", "`count` must be >= 1"),
-        (GAUGES, f"count = 2.5\n{GAUGES}", "whole number"), (GAUGES, f"times = [1.0, 99.0]\n{GAUGES}", "ascends within"),
+        (GAUGES, f'observed = "no.geojson"\n{GAUGES}', "no file no.geojson"), (GAUGES, f"observed = 3\n{GAUGES}", "must be a text in quotes"),
+        (GAUGES, f'observed = "in.csv"\n{GAUGES}', "in.csv"), (GAUGES, f"count = 2.5\n{GAUGES}", "whole number"), (GAUGES, f"times = [1.0, 99.0]\n{GAUGES}", "ascends within"),
         (GAUGES, f'threshold = "0.1 m"\n{GAUGES}', "must be a number"), (GAUGES, f"threshold = 0\n{GAUGES}", "must be finite and > 0"),
         (GAUGES, f'density = "2500 kg/m3"\n{GAUGES}', "must be a number"), ("lines = {", 'lines = {"a/b" = [[1030.0, 2001.0], [1030.0, '
                                                                            "2024.0]], ", "names of letters"),

@@ -51,7 +51,7 @@ TOP = ("name", "description", "interval", "terrain", "release", "phi", "t_end", 
 PLAIN = ("interval", "t_end", "g", "gamma", "slope", "phi")
 
 #: Keys of [outputs] besides the times: those of `Watch`.
-WATCH = ("gauges", "lines", "path", "threshold", "density", "least")
+WATCH = ("gauges", "lines", "path", "threshold", "density", "least", "observed")
 FLOW = {"h": "length", "surface": "length", "phi": "share", **dict.fromkeys((*velocities(1), *velocities(2)), "speed")}
 
 #: Keys of a table that takes a column of a CSV file.
@@ -245,6 +245,8 @@ def _watch(top: Table, terrain: Terrain | None) -> Watch:
             raise table.error("`path` must be a list of points (x, y): a file needs a [terrain]", "path")
         with table.located("path"):
             given["path"] = read_path(table.path.parent / given["path"], terrain)
+    if "observed" in given:
+        given["observed"] = table.path.parent / table.text("observed")
     with table.located():
         return Watch(**given)
 

@@ -15,7 +15,8 @@ from fvkit_granular.scenes.library.catalogue import scene_names
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import NONE, SHAPES, Profile, Shape, ShapedFlow, Sum, Uniform
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference, differences
-from fvkit_granular.scenes.toml.read import ALL_SIDES, ALONG, BOUNDARIES, FLOW, SOURCES
+from fvkit_granular.scenes.toml.read import ALL_SIDES, ALONG, BOUNDARIES, FLOW, SOURCES, WATCH
+from fvkit_granular.scenes.watch import Watch
 
 
 def scene_text(scene: Scene) -> str:
@@ -46,8 +47,10 @@ def scene_text(scene: Scene) -> str:
     lines += ["", "[boundary]", *(f"{key} = {_side(side)}" for key, side in sides.items())]
     for source in scene.sources:
         lines += ["", "[[sources]]", *_lines(_part(source, "type", SOURCES))]
-    if scene.times is not None:
-        lines += ["", "[outputs]", f"times = {_value(scene.times)}"]
+    asked = {"times": scene.times, **{key: getattr(scene.watch, key) for key in WATCH}}
+    outputs = {key: _value(value) for key, value in asked.items() if value not in (None, getattr(Watch(), key, None))}
+    if outputs:
+        lines += ["", "[outputs]", *_lines(outputs)]
     return "\n".join(lines) + "\n"
 
 
@@ -143,12 +146,14 @@ def _inline(entries: Mapping[str, str]) -> str:
 
 
 def _value(value: Any) -> str:
-    """A text, a number, or a list of them in TOML; numbers to the bit."""
+    """A text, a number, or a list or table of them in TOML; numbers to the bit."""
     if isinstance(value, str):
         plain = value.replace("\\", "\\\\").replace('"', '\\"')
         return '"' + re.sub(r"[\x00-\x1f\x7f]", lambda found: f"\\u{ord(found[0]):04x}", plain) + '"'
     if isinstance(value, (tuple, list)):
         return f"[{', '.join(_value(item) for item in value)}]"
+    if isinstance(value, dict):
+        return _inline({_value(key): _value(item) for key, item in value.items()})
     if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
         return repr(float(value))
     raise ValueError(f"{shown(value)} has no form in a scene file")
