@@ -23,7 +23,7 @@ class Curvature(Source):
     Notes
     -----
     In friction alone it is worse than nowhere, so it has no such option. A block in a round valley (radius 60 m, 40 degrees,
-    Coulomb 0.25) comes to 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py). Energy: docs/validation_terrain.md.
+    Coulomb 0.25) comes to 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py). Energy: docs/validation/terrain.md.
 
     Source: the motion of a point on a surface, classical; derived here for layers.
 

@@ -1,4 +1,4 @@
-"""The cases of docs/validation_terrain.md that need no data, at a small size. Bounds: the page's claims, with room for coarser cells."""
+"""The cases of docs/validation/terrain.md that need no data, at a small size. Bounds: the page's claims, with room for coarser cells."""
 
 import numpy as np
 import pytest

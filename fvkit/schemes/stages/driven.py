@@ -65,7 +65,9 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     end = acted(joint, model, start, free, bearing, aux, ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
     low, high = wave_speeds(model, before, aux)
-    slip = reduce(maximum, [np.abs(v - speeds[0]) for v in speeds])
+    # The velocity of an absent phase is no slip.
+    slip = reduce(maximum, [where(minimum(mass, bearing[0]) > 0.0, np.abs(v - speeds[0]), 0.0)
+                            for mass, v in zip(bearing, speeds, strict=True)])
     carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
     for k, (masses, momentum) in enumerate(phases):
         row, still = masses[-1], before[momentum] == 0.0
