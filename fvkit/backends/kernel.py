@@ -55,6 +55,7 @@ class Kernel(ABC):
         self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
         if problem.background_averages is not None:
             self._add_background(problem.background_averages)
+        self.aux, self.aux_edges = np.ascontiguousarray(self.aux), np.ascontiguousarray(self.aux_edges)  # as the loop takes them
 
     def padded(self, q: np.ndarray) -> np.ndarray:
         """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
