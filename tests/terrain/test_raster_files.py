@@ -70,7 +70,7 @@ def test_a_damaged_raster_is_one_sentence(write, text, words):
 def test_other_files_are_refused_by_name(write, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"nowhere\.asc"):
         gr.read_terrain(tmp_path / "nowhere.asc")
-    with pytest.raises(ValueError, match=r"must be a file that ends in \.asc, \.txt, \.tif, \.tiff, got 'dem\.las'"):
+    with pytest.raises(ValueError, match=r"must be a file that ends in \.asc, \.txt, \.tif, \.tiff, \.geotiff, got 'dem\.las'"):
         gr.read_terrain("dem.las")
 
 
