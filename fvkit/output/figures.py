@@ -1,14 +1,11 @@
 """Plotting helpers: figures, colour-blind-safe styles, log-log series and convergence slopes on given axes."""
 
-import os
-from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Any
 
-import attrs
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -37,28 +34,6 @@ class PictureAxes(Axes):
 
     def _repr_png_(self) -> bytes | None:
         return self.figure._repr_png_() if isinstance(self.figure, Picture) else None
-
-
-@attrs.frozen
-class Film(os.PathLike):
-    """An animation in a file, which notebooks play.
-
-    Parameters
-    ----------
-    path : the .gif or .mp4 file; ``open`` and everything else that takes a path takes the film itself.
-    """
-
-    path: Path
-
-    def __fspath__(self) -> str:
-        return str(self.path)
-
-    def _repr_html_(self) -> str:
-        """Return the file itself inside HTML."""
-        data = b64encode(self.path.read_bytes()).decode()
-        if self.path.suffix == ".mp4":
-            return f'<video controls src="data:video/mp4;base64,{data}"></video>'
-        return f'<img src="data:image/gif;base64,{data}">'
 
 
 def new_axes(rows: int = 1, columns: int = 1, width: float = 6.4, height: float = 4.2) -> tuple[Figure, list[Axes]]:

@@ -1,19 +1,15 @@
 """Plots of one solution: state, profile, space-time diagram, speeds, hyperbolicity margin; with two axes maps, vectors and cuts;
 and animations."""
 
-import os
-import tempfile
 from collections.abc import Callable, Mapping
-from functools import partial
 from math import ceil, hypot
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from fvkit import validation
-from fvkit.output.figures import COLORS, Film, new_axes
+from fvkit.output.figures import COLORS, new_axes
 from fvkit.output.status import Results
 from fvkit.problem.answers import wave_speeds
 from fvkit.problem.directions import quantities, speed_name, vectors
@@ -244,23 +240,36 @@ def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
     line : its ends ((x0, y0), (x1, y1)), m, within the grid; None for the middle of the grid, along x.
     enlarge : factor of the depths above the bottom, see `profile`.
     """
-    grid, target = solution.grid, ax if ax is not None else new_axes()[1][0]
-    x, y = grid.axes
-    start, end = line_of(grid, line, "line")
-    count = max(1, ceil(np.max(np.abs(end - start) / (x.dx, y.dx)) - ROUNDING))
-    shares = (np.arange(count) + 0.5) / count
-    cells = grid.cells_at(start + shares[:, None] * (end - start), "`line`")
+    target = ax if ax is not None else new_axes()[1][0]
+    (start, end), shares, cells = _along(solution.grid, line)
     along = hypot(*(end - start)) * shares
     seen = {key: values.reshape(-1)[cells] for key, values in solution.observables(i).items()}
     parts, factor = solution.model.thicknesses(seen) if name is None else {}, 1.0
     if parts:
         bottom = solution.aux.get("b")
         factor = enlargement(solution, cells) if enlarge is None else validation.real(enlarge, "enlarge", above=0.0)
-        _layers(target, along, np.zeros(count) if bottom is None else bottom.reshape(-1)[cells], parts, factor)
+        _layers(target, along, np.zeros(len(cells)) if bottom is None else bottom.reshape(-1)[cells], parts, factor)
     else:
         target.plot(along, seen[_chosen(solution, name)], color=COLORS[0], label=_chosen(solution, name))
     return _finish(target, solution, i, _height(factor) if parts else _label(solution, _chosen(solution, name)),
                    f"distance from ({start[0]:g}, {start[1]:g}) towards ({end[0]:g}, {end[1]:g}), m")
+
+
+def _along(grid: Grid, line: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the ends of a line, shares of its length at even distances, about a cell apart, and the cells there."""
+    start, end = line_of(grid, line, "line")
+    count = max(1, ceil(np.max(np.abs(end - start) / [axis.dx for axis in grid.axes]) - ROUNDING))
+    shares = (np.arange(count) + 0.5) / count
+    return np.array([start, end]), shares, grid.cells_at(start + shares[:, None] * (end - start), "`line`")
+
+
+def enlarged(solution: Results, kind: str | None, line: Any = None, **options: Any) -> dict[str, float]:
+    """Return the options that all frames of a film share: the factor of depths over a relief, where a kind has one."""
+    if drawing(solution, kind) is profile:
+        return {"enlarge": enlargement(solution)}
+    if drawing(solution, kind) is plot_cut and options.get("name") is None:
+        return {"enlarge": enlargement(solution, _along(solution.grid, line)[2])}
+    return {}
 
 
 def line_of(grid: Grid, line: Any, name: str) -> np.ndarray:
@@ -295,78 +304,3 @@ def drawing(solution: Results, kind: str | None) -> Callable[..., Axes]:
     """Return the plot function of a kind; None for the first that serves the grid, ValueError for one that does not."""
     known = KINDS if len(solution.grid.axes) == 1 else MAPS
     return known[next(iter(known)) if kind is None else validation.choice(kind, "kind", known)]
-
-
-def animate(solution: Results, path: str | Path, kind: str | None = None, fps: int = 12, ax: Axes | None = None,
-            **options: Any) -> Film:
-    """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
-
-    All frames have the same limits of the y axis, or of the colours of a map. Kind and options are those of `Solution.plot`.
-
-    Raises
-    ------
-    ValueError
-        For another file extension, or for .mp4 without ffmpeg.
-    """
-    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
-
-    chosen = drawing(solution, kind)
-    if chosen is profile:
-        options = {"enlarge": enlargement(solution), **options}  # once for all frames
-    draw = partial(chosen, **options)
-    rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
-    axes = ax if ax is not None else draw(solution, None, 0)
-    figure = None if axes.figure is None else axes.figure.figure  # the top-level figure, also for axes in a subfigure
-    if figure is None:
-        raise ValueError("`ax` must be in a figure")
-    limits = _limits(solution, draw)
-    writer: AbstractMovieWriter = FFMpegWriter(fps=rate) if target.suffix == ".mp4" else PillowWriter(fps=rate)
-    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        whole = Path(folder) / target.name
-        with writer.saving(figure, str(whole), dpi=100):
-            for i in range(len(solution.t)):
-                _clear(axes)
-                draw(solution, axes, i)
-                colours = _coloured(axes)
-                if colours is None:
-                    axes.set_ylim(*limits)
-                else:
-                    colours.set_clim(*limits)
-                writer.grab_frame()
-        os.replace(whole, target)
-    return Film(target)
-
-
-def checked_film(path: str | Path) -> Path:
-    """Return the path of an animation, or raise ValueError if its format cannot be written."""
-    from matplotlib.animation import FFMpegWriter
-
-    target = Path(path)
-    if target.suffix not in (".gif", ".mp4"):
-        raise ValueError(f"a film must end in .gif or .mp4, got {validation.shown(target.name)}")
-    if target.suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise ValueError("an .mp4 needs the program ffmpeg, which is not installed: install it, or write a .gif")
-    return target
-
-
-def _limits(solution: Results, draw: Callable[..., Axes]) -> tuple[float, float]:
-    """Return limits of the y axis, or of the colours of a map, that contain every frame, (low, high)."""
-    seen = []
-    for i in range(len(solution.t)):
-        axes = draw(solution, None, i)
-        colours = _coloured(axes)
-        seen.append(axes.get_ylim() if colours is None else colours.get_clim())
-    return min(low for low, _ in seen), max(high for _, high in seen)
-
-
-def _coloured(axes: Axes) -> Any:
-    """Return what has a colour bar on axes, None without."""
-    return next((item for item in axes.collections if item.colorbar is not None), None)
-
-
-def _clear(axes: Axes) -> None:
-    """Clear axes, and take away their colour bar."""
-    colours = _coloured(axes)
-    if colours is not None:
-        colours.colorbar.remove()
-    axes.clear()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from xarray import Dataset
 
-    from fvkit.output.figures import Film
+    from fvkit.output.films import Film
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -141,8 +141,8 @@ class Solution:
     def animate(self, path: str | Path, kind: str | None = None, fps: int = 12, ax: "Axes | None" = None,
                 **options: Any) -> "Film":
         """Write an animation of all outputs, .gif or (with ffmpeg) .mp4, which notebooks play; kind and options as for `plot`,
-        see `fvkit.output.plots.animate`."""
-        from fvkit.output.plots import animate
+        see `fvkit.output.films.animate`."""
+        from fvkit.output.films import animate
 
         return animate(self, path, kind, fps, ax, **options)
 

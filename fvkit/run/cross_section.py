@@ -67,7 +67,7 @@ class CrossSection(Observer):
     -8.000000 -4.000000
     """
 
-    line: Any = attrs.field(converter=lambda value: _place_or_line(value))
+    line: Any = attrs.field(converter=_place_or_line)
     _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
     _notes: list[np.ndarray] = attrs.field(factory=list, init=False, repr=False)

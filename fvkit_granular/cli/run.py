@@ -21,8 +21,9 @@ from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
 from fvkit.files import remove, usable_folder
 from fvkit.output.configuration import build, model_and_grid, parsed
 from fvkit.output.figures import FORMATS, new_axes, save_all
+from fvkit.output.films import checked_film
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
-from fvkit.output.plots import KINDS, MAPS, checked_film, enlargement, line_of, space_time
+from fvkit.output.plots import KINDS, MAPS, enlargement, line_of, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
 from fvkit.studies.tables import plain

@@ -119,9 +119,6 @@ class _Body:
         return list(result.values())
 
 
-
-
-
 def _ahead(whole: Block) -> dict[int, int]:
     """Cycles from the start of each node to the end of the block."""
     result: dict[int, int] = {}
