@@ -98,8 +98,10 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
         raise ValueError("`cells` must not be empty")
     runs: list[Run] = []
     refusals: list[str] = []
+    coarse = {label: validation.instance(problem_of(counts[0]), "problems(n)", Problem, "a function of the number of cells")
+              for label, problem_of in named.items()}
     for label, problem_of in named.items():
-        problem = validation.instance(problem_of(counts[0]), "problems(n)", Problem, "a function of the number of cells")
+        problem = coarse[label]
         chosen = _default_schemes(problem) if schemes is None else validation.listed(schemes, "schemes", SCHEMES)
         found, refused = runs_of(label or public_name(problem.model), problem_of, problem, chosen, counts)
         runs, refusals = runs + found, refusals + refused
@@ -111,9 +113,9 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
     if reference is not None:
         averaging(reference)
     if not hasattr(reference, "averages"):
-        _check_alike(named, counts[0])
+        _check_alike(coarse)
     if reference is None:
-        model = first(counts[0]).model
+        model = next(iter(coarse.values())).model
         high = any(run.scheme.time_integrator is not None for run in runs)
         reference = fine_grid_reference(first, fine_scheme(model, high), counts, backend, budget, tell)
     given = Comparison(name, runs[0].label, partial(first, max(counts)), reference)
@@ -128,8 +130,8 @@ def _default_schemes(problem: Problem) -> list[Scheme]:
     return [WavePropagation(solver) for solver in (Roe(), HLL(), Rusanov()) if solver.serves(problem.model)]
 
 
-def _check_alike(problems: Mapping[str, ProblemOf], count: int) -> None:
-    names = {label: problem_of(count).model.conserved for label, problem_of in problems.items()}
+def _check_alike(problems: Mapping[str, Problem]) -> None:
+    names = {label: problem.model.conserved for label, problem in problems.items()}
     if len(set(names.values())) > 1:
         raise ValueError("`reference` must be an object with `averages(model, grid, t)`, since the models conserve different "
                          f"quantities: {', '.join(f'{label}: {rows}' for label, rows in names.items())}")

@@ -1,11 +1,8 @@
 """``fvkit run``: one scene with one model and solver."""
 
 import argparse
-import json
 import sys
 import warnings
-import zipfile
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -13,20 +10,15 @@ from typing import Any
 
 import attrs
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from fvkit import Checkpoint, Grid, Solution, Status, Step, StopAtRest, load, resume, solve, validation
-from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command
-from fvkit.files import remove, usable_folder
-from fvkit.output.configuration import build, model_and_grid, parsed
-from fvkit.output.figures import FORMATS, new_axes, save_all
+from fvkit import Checkpoint, Grid, Status, Step, StopAtRest, resume, solve, validation
+from fvkit.cli import add_command
+from fvkit.files import usable_folder
+from fvkit.output.configuration import model_and_grid, parsed
 from fvkit.output.films import checked_film
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
-from fvkit.output.plots import KINDS, MAPS, enlargement, line_of, space_time
+from fvkit.output.plots import KINDS, MAPS, line_of
 from fvkit.pointwise.part import public_name
-from fvkit.studies.scheme_names import settings
-from fvkit.studies.tables import plain
 from fvkit_granular.cli.options import (
     add_scheme_options,
     cells_of,
@@ -37,34 +29,13 @@ from fvkit_granular.cli.options import (
     results_folder,
     scheme_of,
 )
+from fvkit_granular.cli.run_results import PLOTS, Recorded, ends, on_terrain, show, written
 from fvkit_granular.models.registry import MODELS
-from fvkit_granular.plots import slip
-from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import SteepSlopeWarning, deep, is_steep, said_of, steep_equations, steepest, within_reach
+from fvkit_granular.scenes.slope import SteepSlopeWarning, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
-from fvkit_granular.studies.compare import deviations
-from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard
-from fvkit_granular.studies.mass_balance import mass_balance
+from fvkit_granular.studies.hazard_report import file_names
 from fvkit_granular.studies.scene_run import CELLS
-from fvkit_granular.studies.series import told_along, write_series
-
-#: Key of the configuration that says which files a run wrote beside its solution.
-FILES = "files"
-
-#: Pictures of the end of a scene with one axis, by name, the first of every run and others on request; and with two axes, all of
-#: every run.
-PROFILE = "profile"
-PLOTS: dict[str, Any] = {**KINDS, "slip": slip, "space-time": space_time}
-
-#: What is printed of a run, in its folder.
-SUMMARY = "run.txt"
-
-#: How the names of pictures and films end.
-PICTURES = (*(f".{name}" for name in FORMATS), ".gif", ".mp4")
-
-#: Folder within that of the results for those of a run that did not succeed, where an earlier one did.
-UNSUCCESSFUL = "unsuccessful"
 
 #: Outputs of a film.
 FRAMES = 60
@@ -155,7 +126,7 @@ def _run(options: argparse.Namespace) -> int:
     again = f"{quote(options.scene)} {_recording(options)}" if watched else ""
     kept = f"checkpoint {checkpoint.path}: fvkit run {again}--resume {quote(str(checkpoint.path))}" \
         if checkpoint is not None and checkpoint.path.exists() else ""
-    code = _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
+    code = show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
                  Recorded(chosen, watched, f".{options.rasters}", options.format), kept)
     if kept:
         print(f"  {kept}")
@@ -207,7 +178,7 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
         if isinstance(noted, list) and noted:
             raise ValueError(f"{options.resume} is of a run that recorded something at every step, which its scene describes: "
                              f"give that too, fvkit run SCENE --resume {options.resume}")
-        return _show(options.resume.stem, go_on(), None, options)
+        return show(options.resume.stem, go_on(), None, options)
     watched = _watched(chosen)
     if not callable(getattr(model, "conserved_from", None)):
         raise ValueError(f"--resume {options.resume} is of a run of {public_name(model)}, which no scene has made: leave "
@@ -217,7 +188,7 @@ def _resumed(options: argparse.Namespace, folder: Path) -> int:
         problem = chosen.problem(model, grid.num_cells)
     solution = go_on(problem=problem, observers=tuple(watched.values()))
     reference = chosen.known_reference() if solution.status is Status.FINISHED else None
-    return _show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
+    return show(scene_label(options.scene), solution, reference, options, within_reach(problem, chosen.g),
                  Recorded(chosen, watched, f".{options.rasters}", options.format))
 
 
@@ -231,22 +202,12 @@ def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, scene
                             f"{', '.join(f'{kind}.png' for kind in MAPS)} are written anyway, the last along --line"))
     if wrong:
         raise ValueError(f"--plot {wrong[0]} draws over a plane, and this scene has one axis: take {', '.join(PLOTS)}")
-    usable_folder(folder, "--out", (*_written(axes, options, on_terrain(scene)), *records))
+    usable_folder(folder, "--out", (*written(axes, options, on_terrain(scene)), *records))
     if options.line is None:
         return
     if axes == 1:
         raise ValueError("--line is the line of a cut through a plane, and this scene has one axis: leave it out")
-    line_of(grid, _ends(options), "--line")
-
-
-def on_terrain(scene: Scene | None) -> bool:
-    """Whether a scene is known and lies on a terrain: its maps are those of `write_hazard`."""
-    return scene is not None and scene.terrain is not None
-
-
-def _ends(options: argparse.Namespace) -> Any:
-    """The ends of the line of a cut, None for the middle."""
-    return None if options.line is None else (options.line[:2], options.line[2:])
+    line_of(grid, ends(options), "--line")
 
 
 def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:
@@ -256,165 +217,8 @@ def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, .
     return tuple(np.union1d(even[~near], wanted).tolist())
 
 
-@attrs.frozen(eq=False)
-class Recorded:
-    """What a run has recorded at every step, the scene that asked for it, and the formats of its rasters and of its maps."""
-
-    scene: Scene
-    watched: dict[str, Any]
-    ending: str
-    picture: str
-
-    @property
-    def files(self) -> list[str]:
-        """Names of the files that `write` makes."""
-        return file_names(self.scene, self.ending, self.picture)
-
-    def write(self, folder: Path, solution: Solution) -> str:
-        """Write the files, and return what is to be printed."""
-        if self.scene.terrain is not None:
-            return write_hazard(folder, self.scene, solution, self.watched, self.ending, self.picture)
-        write_series(folder, self.watched, solution)
-        return told_along(self.watched, solution)
-
-
 def _watched(scene: Scene) -> dict[str, Any]:
     """Return the observers of a run of a scene, by name; no hazard maps where a plane has no terrain to draw them on."""
     found = scene.watch.observers(len(scene.axes))
     drawn = scene.terrain is not None or len(scene.axes) == 1
     return found if drawn else {name: one for name, one in found.items() if name != "hazard"}
-
-
-def _show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,
-          recorded: Recorded | None = None, again: str = "") -> int:
-    """Write the files of a run, print what is to be said, and return the exit code.
-
-    ``again`` says how the run goes on where its result cannot be written.
-    """
-    folder = results_folder(options, "run", name)
-    kept = not solution.success and _succeeded(folder)
-    folder = folder / UNSUCCESSFUL if kept else folder
-    folder.mkdir(parents=True, exist_ok=True)
-    axes, scene = len(solution.grid.axes), None if recorded is None else recorded.scene
-    title = name if scene is None else scene.name or name
-    written = _written(axes, options, on_terrain(scene)) + ([] if recorded is None else recorded.files)
-    earlier = _earlier(folder)
-    solution.configuration.update({FILES: written, "scene": title})
-    if recorded is not None and on_terrain(scene):
-        solution.configuration["crs"] = recorded.scene.terrain.crs
-        balance = attrs.asdict(mass_balance(recorded.scene, solution, recorded.watched["hazard"]))
-        solution.configuration["mass_balance"] = plain(balance)
-    saved: list[Path] = []
-    try:
-        for file in [folder / "solution.npz", *([folder / "solution.nc"] if options.netcdf else []),
-                     *([] if options.save is None else [options.save])]:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            saved.append(solution.save(file))
-        summary = _write_beside(folder, solution, options, recorded)
-        text = "\n  ".join(_told(title, solution, max(reached, _slope(solution)), summary, reference))
-        save_all(folder, {SUMMARY: text + "\n"})
-    except OSError as error:
-        error.add_note(f"the run: {solution.message}")
-        error.add_note(f"its result is kept in {saved[0]}, without all of the files beside it" if saved else
-                       again or "its result is lost: with --checkpoint FILE it can go on from there")
-        raise
-    remove(folder, earlier, but=(*written, *(str(Path(name).with_suffix(".prj")) for name in written)))
-    print(text)
-    extra = "" if options.save is None else f", {options.save}"
-    older = f"; {folder.parent}/ keeps the result of an earlier run" if kept else ""
-    print(f"  written to {folder}/: {', '.join(written)}{extra}{older}")
-    return SUCCESS if solution.success else INTERRUPTED if solution.status is Status.INTERRUPTED else FAILED
-
-
-def _write_beside(folder: Path, solution: Solution, options: argparse.Namespace, recorded: Recorded | None) -> str:
-    """Write pictures, film and what was recorded beside a solution, and return what is to be printed of the latter."""
-    axes = len(solution.grid.axes)
-    pictures = _pictures(axes, options, on_terrain(None if recorded is None else recorded.scene))
-    save_all(folder, {f"{picture}.{options.format}": draw(solution) for picture, draw in pictures.items()})
-    if options.animate is not None:
-        film = folder / checked_film(options.animate)
-        film.parent.mkdir(parents=True, exist_ok=True)
-        solution.animate(film, PROFILE if axes == 1 else "map")
-    return "" if recorded is None else recorded.write(folder, solution)
-
-
-def _told(title: str, solution: Solution, slope: float, summary: str, reference: Reference | None) -> list[str]:
-    """Return the lines that are said of a run: scene, model and scheme, how it went, its slopes, results and errors."""
-    stats, grid, scheme = solution.stats, solution.grid, settings(build(solution.configuration["scheme"]))
-    method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
-    lines = [", ".join([f"{title}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
-                        stats.backend]),
-             f"{solution.message}; t = {solution.t[-1]:.6g} of {solution.configuration['t_end']:g} s",
-             f"{stats.steps} steps ({stats.rejected} rejected), {stats.seconds:.3g} s, "
-             f"{stats.ns_per_cell_step:.0f} ns per cell and step, largest Courant number {stats.max_cfl:.3f}",
-             "mass drift " + ", ".join(f"{mass} {drift:.1e}" for mass, drift in stats.mass_drift.items())
-             + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
-             + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
-                if stats.nonhyperbolic_faces else "")]
-    if slope > 0.0:
-        wrong = is_steep(slope) and not steep_equations(solution.model)
-        lines.append(f"{'caution: ' if wrong else ''}{said_of(slope, solution.model)}")
-    lines += summary.splitlines()
-    if reference is not None:
-        found = deviations(solution, reference.averages(solution.model, grid, float(solution.t[-1])))
-        errors = {quantity: grid.cell_volume * float(difference.sum()) for quantity, difference in found.items()}
-        lines.append("L1 error " + ", ".join(f"{quantity} {error:.3e}" for quantity, error in errors.items())
-                     + f" ({reference.kind})")
-    return lines
-
-
-def _slope(solution: Solution) -> float:
-    """The steepest slope of the bottom where the flow was, at any output; 0 where there is none."""
-    h = np.array([solution.observables(k)["h"] for k in range(len(solution.t))])
-    return steepest(solution.aux["b"], [axis.dx for axis in solution.grid.axes], deep(h).any(axis=0))
-
-
-def _pictures(axes: int, options: argparse.Namespace, terrain: bool) -> dict[str, Callable[[Solution], Figure]]:
-    """Pictures of the end, {name: function of the solution}; on a terrain those alone that are asked for."""
-    if axes > 1:
-        lines = {"cut": {"line": _ends(options)}}
-        asked = {*options.plot, *["cut"] * (options.line is not None)} if terrain else set(MAPS)
-        return {kind: partial(_drawn, draw, **lines.get(kind, {})) for kind, draw in MAPS.items() if kind in asked}
-    return {PROFILE: partial(_drawn, _first)} | {kind: partial(_drawn, PLOTS[kind]) for kind in options.plot}
-
-
-def _first(solution: Solution, ax: Axes) -> Axes:
-    """Plot the state of one axis, or the profile where the relief would hide it."""
-    return PLOTS["profile" if enlargement(solution) > 1.0 else "state"](solution, ax)
-
-
-def _written(axes: int, options: argparse.Namespace, terrain: bool) -> list[str]:
-    """Names of the files that ``fvkit run`` writes, the solution first."""
-    films = [] if options.animate is None else [options.animate]
-    solutions = ["solution.npz", *(["solution.nc"] if options.netcdf else [])]
-    return [*solutions, SUMMARY, *(f"{picture}.{options.format}" for picture in _pictures(axes, options, terrain)), *films]
-
-
-def _succeeded(folder: Path) -> bool:
-    """Whether a folder holds the solution of a run that succeeded."""
-    try:
-        return load(folder / "solution.npz").success
-    except (OSError, ValueError):
-        return False
-
-
-def _earlier(folder: Path) -> list[str]:
-    """Names of what an earlier ``fvkit run`` wrote into its folder beside its solution, as that says; none outside."""
-    try:
-        with np.load(folder / "solution.npz", allow_pickle=False) as kept:
-            names = list(json.loads(str(kept["configuration"]))[FILES])
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
-        return []
-    found = [name for name in names if isinstance(name, str) and (Path(name).suffix in PICTURES or is_record(name)
-             or name == "solution.nc") and (folder / name).resolve().is_relative_to(folder.resolve())]
-    return found + [str(Path(name).with_suffix(".prj")) for name in found if name.endswith(".asc")]
-
-
-def _drawn(draw: Callable[..., Axes], solution: Solution, **more: Any) -> Figure:
-    """Return one picture of the end; a map chooses its own size."""
-    if draw in MAPS.values() and draw is not MAPS["cut"]:
-        found: Any = draw(solution, **more).figure
-        return found
-    figure, axes = new_axes(width=8.0, height=4.5)
-    draw(solution, axes[0], **more)
-    return figure

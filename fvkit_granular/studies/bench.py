@@ -164,8 +164,9 @@ class Bench:
         return [table([head, *lines], left=1), ""] if lines else []
 
     def plot(self) -> Figure:
-        """Return the picture: a panel per model."""
-        models = list(dict.fromkeys((case.model, case.axes) for case in self.series()))
+        """Return the picture: a panel per model and number of axes; none for a single grid where others have several."""
+        several = any(len(rows) > 1 for rows in self.series().values())
+        models = list(dict.fromkeys((case.model, case.axes) for case, rows in self.series().items() if len(rows) > several))
         figure, axes = new_axes(1, len(models), width=4.6, height=4.6)
         solvers = list(dict.fromkeys(case.riemann for case in self.series()))
         for ax, (model, count) in zip(axes, models, strict=True):

@@ -15,7 +15,7 @@ from fvkit.files import write_whole
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.studies.mass_balance import EDGES, mass_balance
+from fvkit_granular.studies.mass_balance import EDGES, MassBalance
 from fvkit_granular.studies.series import is_series, series_names, write_series
 from fvkit_granular.terrain.layers import LAYERS, Layer, write_style
 from fvkit_granular.terrain.outline import compare_outline
@@ -48,8 +48,8 @@ def is_record(name: str) -> bool:
     return raster or name == "report.html" or is_series(name)
 
 
-def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], ending: str = ".asc",
-                 picture: str = "png") -> str:
+def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], balance: MassBalance,
+                 ending: str = ".asc", picture: str = "png") -> str:
     """Write rasters, maps, series and the report of a run on a terrain into a folder, and return what is to be printed.
 
     Parameters
@@ -57,6 +57,7 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
     folder : exists.
     scene, solution : what was run, and its result.
     watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
+    balance : its mass balance.
     ending : of rasters, ``.asc`` or ``.tif``.
     picture : format of the maps; the report holds them as PNG.
     """
@@ -74,17 +75,17 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
             pictures[f"{layer.name}.png"] = drawn["png"]
             write_whole(folder / f"{layer.name}.{picture}", partial(_fill, drawn[picture]))
     write_series(folder, watched, solution)
-    summary = "\n".join([summarised(scene, solution, hazard), *(str(one) for one in watched.values() if isinstance(one, RunOut))])
-    told = limits(scene, solution, hazard, watched)
+    paths = [str(one) for one in watched.values() if isinstance(one, RunOut)]
+    summary = "\n".join([summarised(scene, solution, hazard, balance), *paths])
+    told = limits(solution, hazard, watched, balance)
     page = _page(scene, solution, summary, told, pictures)
     write_whole(folder / "report.html", lambda file: file.write(page.encode()))
     return "\n".join([summary, *(f"caution: {text}" for text in told[1:])])
 
 
-def limits(scene: Scene, solution: Solution, hazard: HazardMaps, watched: Mapping[str, Any]) -> list[str]:
+def limits(solution: Solution, hazard: HazardMaps, watched: Mapping[str, Any], balance: MassBalance) -> list[str]:
     """Return what limits the result of a run, as sentences: first the grid, then what was seen in this run."""
     seen, stats, dx = solution.observables(), solution.stats, solution.grid.axes[0].dx
-    balance = mass_balance(scene, solution)
     there = sum(balance.first.values()) + sum(max(sum(row.values()), 0.0) for row in balance.entered.values())
     lost = {side: -sum(balance.entered[side].values()) for side in EDGES}
     speed = float(np.hypot(seen["v_x"], seen["v_y"])[seen["h"] >= hazard.threshold].max(initial=0.0)) if "v_x" in seen else 0.0
@@ -124,13 +125,13 @@ def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer, form
     return found
 
 
-def summarised(scene: Scene, solution: Solution, hazard: HazardMaps) -> str:
+def summarised(scene: Scene, solution: Solution, hazard: HazardMaps, balance: MassBalance) -> str:
     """Return the volumes of a run, its largest values and reach, as text."""
     grid, model, maps = solution.grid, solution.model, hazard.maps
     wet = maps["depth"] >= hazard.threshold
     area = float(np.count_nonzero(wet) * grid.cell_volume)
     heights = np.where(wet, scene.terrain.bottom, np.nan)
-    lines = [str(mass_balance(scene, solution, hazard)), f"first contact: a cell beside it is deeper than {hazard.threshold:g} m",
+    lines = [str(balance), f"first contact: a cell beside it is deeper than {hazard.threshold:g} m",
              f"area deeper than {hazard.threshold:g} m at any time: {area:.6g} m2"]
     if wet.any():
         lines.append(f"it reaches from {np.nanmax(heights):.5g} down to {np.nanmin(heights):.5g} m of elevation")

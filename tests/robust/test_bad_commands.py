@@ -178,7 +178,7 @@ def test_a_write_that_fails_half_way_leaves_the_old_file(stored, monkeypatch):
 
 
 @pytest.mark.parametrize(("fails", "words"), [("fvkit.Solution.save", "its result is lost: with --checkpoint"),
-                                              ("fvkit_granular.cli.run.save_all", "its result is kept in here/solution.npz")])
+                                              ("fvkit_granular.cli.run_results.save_all", "its result is kept in here/solution.npz")])
 def test_a_run_says_what_of_it_stands_when_the_disk_is_full(fails, words, tmp_path, monkeypatch, capsys):
     def full(*arguments, **named):
         raise OSError(28, "No space left on device")
