@@ -325,7 +325,8 @@ class Inflow(Given):
     Notes
     -----
     The ghost cells hold the state, over a bottom that goes on. Water that stands has its level there: its depth is that over the
-    bottom of the first cell. Of a flow with a depth that is faster than its waves, and constant, exactly h v enters.
+    bottom of the first cell. Of a flow with a depth that is faster than its waves exactly h v enters, where it is constant; one
+    that varies in time lets in too much onto dry, steep ground, per cents on coarse cells.
     """
 
     state: Any = attrs.field(converter=_state)

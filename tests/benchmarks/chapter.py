@@ -4,6 +4,7 @@
 """
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -58,9 +59,31 @@ def falling(name, errors):
     return [*name, *errors, f"{order(errors):.1f}" if errors[-1] > 1e-14 else "-"]
 
 
+def asked(description, **options):
+    """Return what the command line asks of a benchmark. Options have a default: a number, a list, False for a flag, a tuple of words of
+    which one is chosen; ``folder`` is a place."""
+    parser = parser_of(description)
+    for name, default in options.items():
+        if name == "folder":
+            parser.add_argument(name, type=Path, help="the data, see above")
+        elif isinstance(default, bool):
+            parser.add_argument(f"--{name}", action="store_true")
+        elif isinstance(default, tuple):
+            parser.add_argument(f"--{name}", choices=default, default=default[0], help=f"default {default[0]}")
+        else:
+            several = isinstance(default, list)
+            parser.add_argument(f"--{name.replace('_', '-')}", type=type(default[0] if several else default), default=default,
+                                nargs="+" if several else None, help=f"default {default}")
+    return parser.parse_args()
+
+
+def parser_of(description):
+    return argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
 def command(description, parts):
     """Run the parts of a benchmark that the command line names, or all."""
-    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = parser_of(description)
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"any of {', '.join(parts)} (default: all)")
     given = parser.parse_args()
     if unknown := set(given.parts) - set(parts):

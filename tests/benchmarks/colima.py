@@ -6,24 +6,19 @@ FOLDER holds colimafinemini.geotiff of titan2d/titan2d. Needs the extra ``geo``.
 (644956, 2157970); bed friction 27 degrees on the grains; drag of Pitman and Le (terminal velocity 0.5 m/s, exponent 3: ours, TITAN2D's is not given).
 """
 
-import argparse
 import time
-from pathlib import Path
 
 import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
+from tests.benchmarks.chapter import asked
 
 CENTRE, RADIUS, HEIGHT = (644956.0, 2157970.0), 55.0, 30.0
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--cell", type=float, default=5.0, help="m")
-    parser.add_argument("--t-end", type=float, default=60.0, help="s")
-    given = parser.parse_args()
+    given = asked(__doc__, folder=None, cell=5.0, t_end=60.0)
     terrain = gr.read_terrain(given.folder / "colimafinemini.geotiff", cell=None if given.cell <= 5.0 else given.cell)
     x, y = np.meshgrid(*(axis.centers for axis in terrain.grid.axes))
     cap = HEIGHT * np.maximum(1.0 - ((x - CENTRE[0]) ** 2 + (y - CENTRE[1]) ** 2) / RADIUS**2, 0.0)

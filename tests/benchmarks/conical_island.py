@@ -11,13 +11,12 @@ by 30 to 50 % between sources, and the waves are dispersive, which shallow water
 mean of the measured run-up.
 """
 
-import argparse
-from pathlib import Path
 
 import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
+from tests.benchmarks.chapter import asked
 
 DEPTH, CENTRE, FOOT, TOP, SLOPE, HEIGHTS = 0.32, (12.96, 13.80), 3.6, 1.1, 0.25, {"a": 0.045, "b": 0.096, "c": 0.181}
 
@@ -54,10 +53,7 @@ def run_up(case, cell, angles):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--cell", type=float, default=0.05, help="m")
-    given = parser.parse_args()
+    given = asked(__doc__, folder=None, cell=0.05)
     lines = ["| case | largest run-up, cm | measured | difference | in front | measured | behind | measured | mean |", "|---" * 9 + "|"]
     for case in HEIGHTS:
         rows = [line.split() for line in (given.folder / f"run2{case}.txt").read_text(encoding="utf-8").splitlines()]

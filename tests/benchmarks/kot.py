@@ -11,15 +11,14 @@ the extra ``geo``. Cells of 5 m (the file has 4.998), release 1 m thick normal t
 com1DFA follows 3466 particles over thickness normal to the ground; the areas above 0.1 m, 1 kPa and 10 m/s are compared by cells.
 """
 
-import argparse
 import time
-from pathlib import Path
 
 import attrs
 import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
+from tests.benchmarks.chapter import asked
 
 DENSITY, THRESHOLD = 200.0, 0.1
 
@@ -65,10 +64,7 @@ def _raster(folder, name):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--curvature", action="store_true", help="with the centripetal force of a curved bed")
-    given = parser.parse_args()
+    given = asked(__doc__, folder=None, curvature=False)
     maps, terrain, stored = run(given.folder, given.curvature)
     pairs = {"thickness, m": (maps["thickness"], stored["pft"], THRESHOLD), "pressure, kPa": (1e-3 * maps["pressure"], stored["ppr"], 1.0),
              "speed, m/s": (maps["speed"], stored["pfv"], 10.0)}

@@ -8,15 +8,14 @@ topography1.tif, houses/*.csv, RoadPolygon.csv, point_observations.csv. Needs th
 the file of observations (another program's result).
 """
 
-import argparse
 import csv
-from pathlib import Path
 
 import numpy as np
 from matplotlib.path import Path as Path2D
 
 import fvkit as fv
 import fvkit_granular as gr
+from tests.benchmarks.chapter import asked
 
 DISCHARGE, CENTRE, RADIUS, HOUSE, ROAD, ELSEWHERE = 19.7, (382300.0, 6354290.0), 15.0, 3.0, 0.02, 0.04
 
@@ -56,11 +55,7 @@ def places(folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--cell", type=float, default=1.0, help="m")
-    parser.add_argument("--t-end", type=float, default=900.0, help="s")
-    given = parser.parse_args()
+    given = asked(__doc__, folder=None, cell=1.0, t_end=900.0)
     gauge, rows = levels(given.folder, given.cell, given.t_end)
     print("| place | level, m | observed | difference | TUFLOW 1 m | its difference |\n|---|---|---|---|---|---|")
     errors = []

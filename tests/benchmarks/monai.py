@@ -9,13 +9,12 @@ Water at rest at level 0, the measured level at the west side, walls elsewhere, 
 range of the observation at each gauge, at most 0.1; largest run-up near three places inside the spread of six experiments.
 """
 
-import argparse
-from pathlib import Path
 
 import numpy as np
 
 import fvkit as fv
 import fvkit_granular as gr
+from tests.benchmarks.chapter import asked
 
 GAUGES = {"5": (4.521, 1.196), "7": (4.521, 1.696), "9": (4.521, 2.196)}
 
@@ -53,12 +52,7 @@ def experiments(path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--cell", type=float, default=0.014, help="m")
-    parser.add_argument("--manning", type=float, default=0.01, help="s/m^(1/3)")
-    parser.add_argument("--slope", choices=("mild", "steep"), default="steep", help="equations: the valley is steeper than 10 degrees")
-    given = parser.parse_args()
+    given = asked(__doc__, folder=None, cell=0.014, manning=0.01, slope=("steep", "mild"))
     gauge, ground, deepest, grid = run(given.folder, given.cell, given.manning, given.slope)
     measured = np.loadtxt(given.folder / "output_ch5-7-9.csv", delimiter=",", skiprows=1).T
     print("| gauge | mean error over range | largest level, cm | measured |\n|---|---|---|---|")

@@ -12,13 +12,12 @@ Without friction a bead on b = 300 exp(-x/250) + 40 sin(x/90) cos(y/70), m, keep
 (0, 5) for 12 s on 300 x 100 cells; its energy less that of the start, over the fall of its potential energy so far.
 """
 
-import argparse
-
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import fvkit as fv
 import fvkit_granular as gr
+from tests.benchmarks.chapter import asked
 
 G, NU = 9.81, 0.3
 
@@ -93,9 +92,7 @@ def energy_left(slope, curved, t_end=12.0):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cells", type=int, default=400)
-    cells = parser.parse_args().cells
+    cells = asked(__doc__, cells=400).cells
     names = " | ".join(f"{name} | error, %" for name in EQUATIONS)
     print(f"| profile | nu | point | {names} |\n{'|---' * (3 + 2 * len(EQUATIONS))}|")
     for profile in PROFILES:

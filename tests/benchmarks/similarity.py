@@ -17,7 +17,6 @@ With friction the references are exact to first order in the angle between veloc
 volume at t = 12 s.
 """
 
-import argparse
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -26,6 +25,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.problem.cell_averages import cell_averages
 from fvkit_granular.models.registry import MODELS
+from tests.benchmarks.chapter import asked
 
 G, ANGLE, HEIGHT, HALF, START, T_END = 9.81, np.radians(35.0), 4.0, 80.0, 20.0, 12.0
 
@@ -68,10 +68,7 @@ def errors(nu, cells, model=gr.ShallowWater):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cells", type=int, nargs="+", default=[80, 160, 320], help="cells along the slope")
-    parser.add_argument("--model", choices=MODELS, default="shallow-water")
-    given = parser.parse_args()
+    given = asked(__doc__, cells=[80, 160, 320], model=("shallow-water", *MODELS))
     print(f"| nu | cells | {' | '.join(REFERENCES)} |\n|---|---|---|---|---|")
     for nu in (0.0, 0.4):
         for cells in given.cells:

@@ -7,7 +7,6 @@ Voellmy, mu = 0.155, xi = 2000 m/s^2, 90 s. The equations for steep slopes. Run-
 linear between the centres of cells, is 0.1 m; area: where it is more. Exact: all alike. (No measurement, no other program's result.)
 """
 
-import argparse
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
@@ -15,6 +14,7 @@ from scipy.interpolate import RegularGridInterpolator
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular.models.registry import MODELS
+from tests.benchmarks.chapter import asked
 
 HALF, RADIUS, CENTRE, THRESHOLD = 1800.0, 60.0, 200.0, 0.1
 
@@ -42,11 +42,7 @@ def reach(angle, cell=10.0, model=gr.ShallowWater):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cell", type=float, default=10.0, help="length of a side of the cells, m")
-    parser.add_argument("--step", type=float, default=15.0, help="degrees from one release to the next")
-    parser.add_argument("--model", choices=MODELS, default="shallow-water")
-    given = parser.parse_args()
+    given = asked(__doc__, cell=10.0, step=15.0, model=("shallow-water", *MODELS))
     angles = np.arange(0.0, 360.0, given.step)
     found = np.array([reach(angle, given.cell, MODELS[given.model]) for angle in angles])
     for angle, (run_out, area) in zip(angles, found, strict=True):
