@@ -58,7 +58,7 @@ def growth(runs, warm=200, settings=40, backend="numpy"):
     repeat(runs)
     whole = resident() - before
     tracemalloc.start()
-    repeat(1)
+    repeat(settings)  # what is allocated once for each setting, and what is allocated anew since objects are traced
     traced = tracemalloc.get_traced_memory()[0]
     repeat(runs)
     traced = tracemalloc.get_traced_memory()[0] - traced
