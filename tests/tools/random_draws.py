@@ -10,7 +10,7 @@ import numpy as np
 from fvkit import Grid, Inflow, Model, Outflow, Periodic, Problem, Source, Wall
 from fvkit_granular.boundaries import Hydrograph
 from fvkit_granular.sources.drag import ConstantDrag, VelocityDrag
-from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
+from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 
 #: Cells of the metre that a scene is long.
 CELLS = 60
