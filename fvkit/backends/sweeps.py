@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from fvkit.backends.kernel import ghosts_and_seen, imposed
+from fvkit.backends.layout import padded_rows
 from fvkit.backends.march import March, step_length
 from fvkit.backends.plan import Plan, plan
 from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
@@ -22,6 +23,9 @@ from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
+
+#: Where a sweep stands in a step: only the second sees what the faces of the first squeeze; the last leaves a settled state.
+FIRST, SECOND, LAST = range(3)
 
 
 class Report(NamedTuple):
@@ -61,7 +65,7 @@ class Sweep(ABC):
 
     1. `run` makes the state after a time dt of transport along the axis, with the sources that act with it, of padded arrays
        (rows, ny + 2 halo, nx + 2 halo); ghost cells have been filled.
-    2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it.
+    2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it; ``out`` may be ``q``.
     3. ``blocks`` are those that a backend computes, where it leaves out idle ones.
     4. `pull` writes the velocity of each phase along the axis, what pushes it there and the mass that bears it, of each cell.
     """
@@ -165,15 +169,19 @@ class Sweep(ABC):
         return found
 
     @abstractmethod
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
-        """Write the state after a sweep into the cells of ``out``; in the ``last`` of a step a settled one, see `settles`.
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
+        """Write the state after a sweep into the cells of ``out``; with the ``place`` `LAST` a settled one, see `settles`.
 
-        What its faces squeeze stands in the last row of ``other``, the given rows of the other axis.
+        What the faces of the `FIRST` squeeze stands in the last row of ``other``, the given rows of the other axis.
         """
 
     @abstractmethod
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
         """Write velocity, push and bearing mass of every phase, three rows each, into the cells of ``out``."""
+
+
+#: Numbers of lines and columns of cells in padded arrays.
+Places = tuple[np.ndarray, np.ndarray]
 
 
 class PlaneKernel(StepwiseKernel):
@@ -194,8 +202,7 @@ class PlaneKernel(StepwiseKernel):
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
-        self._places = [None if cells is None else self._padded_numbers(cells) for cells in places]
-        self._work = self.padded(problem.q0)
+        self._places = [None if cells is None else self._places_of(cells) for cells in places]
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             sweep.prepare(given, threads)
         self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)
@@ -206,15 +213,14 @@ class PlaneKernel(StepwiseKernel):
         more = sum(field.size for field in problem.fields)
         self._known = own + more
         pulls = 3 * self.parts.across if self.joint else 0
-        ny, nx = problem.grid.shape
-        shape = (ny + 2 * self.halo, nx + 2 * self.halo)
         squeeze = int(self.parts.across > 0)
-        first = np.zeros((own + more + pulls + squeeze, *shape))
+        first = self._empty(own + more + pulls + squeeze)
         for row, values in zip(first, aux_rows(model, problem.aux_averages), strict=False):
             self.inside(row[None])[0] = values
         for sweep in self.sweeps:
             sweep.fill_given(first, slice(0, own), of_the_model=True)
-        self.given = [first, first.copy() if squeeze else first]
+        self.given = [first, self._empty(len(first)) if pulls else first]
+        self.given[1][:] = first
         if problem.fields:
             self.set_fields(problem.t_start)
 
@@ -227,10 +233,14 @@ class PlaneKernel(StepwiseKernel):
             sweep.fill_given(given, here, of_the_model=False)
 
     def padded(self, q: np.ndarray) -> np.ndarray:
-        ny, nx = q.shape[1:]
-        result = np.zeros((len(q), ny + 2 * self.halo, nx + 2 * self.halo))
+        result = self._empty(len(q))
         self.inside(result)[:] = q
         return result
+
+    def _empty(self, rows: int) -> np.ndarray:
+        """Return zeros for cells and ghost cells."""
+        ny, nx = self.problem.grid.shape
+        return padded_rows(rows, (ny + 2 * self.halo, nx + 2 * self.halo), self.halo)
 
     def inside(self, padded: np.ndarray) -> np.ndarray:
         halo = self.halo
@@ -256,21 +266,21 @@ class PlaneKernel(StepwiseKernel):
         return longest if march.steps % 2 else dt
 
     def trial(self, march: March, dt: float) -> Trial:
-        kept: list[tuple[Any, np.ndarray]] = []
+        kept: list[tuple[Places | None, np.ndarray]] = []
         try:
             return self._tried(march, dt, kept)
         finally:  # also where Ctrl-C ends it: the accepted state is what a run saves
             for where, values in kept[::-1]:
                 self._put(march.now, where, values)
 
-    def _tried(self, march: March, dt: float, kept: list[tuple[Any, np.ndarray]]) -> Trial:
+    def _tried(self, march: March, dt: float, kept: list[tuple[Places | None, np.ndarray]]) -> Trial:
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
         splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
         first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
         brought = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
             self.set_fields(middle)
-        start, between = march.now, self._work
+        start = march.now
         if self.parts.beside and splitting.before > 0.0:
             if not self._few:
                 self.inside(march.next)[:] = self.inside(start)
@@ -285,18 +295,19 @@ class PlaneKernel(StepwiseKernel):
             self._look_across(start, middle, first)
         if self.parts.across:
             self._clear(self.given[first.number][-1])
-        one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
+        one = first.run(start, march.next, self.given[first.number], dt, FIRST, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
             # The step is too long, and its state may have negative masses: the second sweep must not see it.
             return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((4, brought.shape[1])), brought, Lost(), -1)
-        second.fill(between, middle)
+        second.fill(march.next, middle)
         if self.parts.across:
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
-        self._look_round(between, second)
+        self._look_round(march.next, second)
         later = list(zip(self.parts.beside, self._places, brought, strict=False))[::-1] if splitting.after > 0.0 else []
         few = second.settles and self._few
-        other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
+        other = second.run(march.next, march.next, self.given[second.number], dt, LAST if few else SECOND,
+                           self.given[first.number])
         acted = [where for source, where, gain in later if self._act(source, march.next, splitting.after * dt, gain, where)]
         good = not (few and other.bad)
         for where in acted if few else [None]:
@@ -333,22 +344,22 @@ class PlaneKernel(StepwiseKernel):
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
-    def _padded_numbers(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers of cells in padded arrays, from those in arrays of cells."""
+    def _places_of(self, cells: np.ndarray) -> Places:
+        """Return where cells stand in padded arrays, from their numbers in arrays of cells."""
         rows, columns = np.unravel_index(cells, self.problem.grid.shape)
-        return np.asarray((rows + self.halo) * (self.problem.grid.shape[1] + 2 * self.halo) + columns + self.halo)
+        return rows + self.halo, columns + self.halo
 
-    def _cells(self, padded: np.ndarray, where: np.ndarray | None) -> np.ndarray:
+    def _cells(self, padded: np.ndarray, where: Places | None) -> np.ndarray:
         """Return the values of cells, (rows, cells), a copy; a view of all of them, (rows, ny, nx), for None."""
-        return self.inside(padded) if where is None else padded.reshape(len(padded), -1).take(where, axis=1)
+        return self.inside(padded) if where is None else padded[:, *where]
 
-    def _put(self, padded: np.ndarray, where: np.ndarray | None, values: Any) -> None:
+    def _put(self, padded: np.ndarray, where: Places | None, values: Any) -> None:
         """Write the values of cells."""
-        target = self.inside(padded) if where is None else padded.reshape(len(padded), -1)
+        target = self.inside(padded) if where is None else padded
         for row, component in zip(target, values, strict=True):
             row[... if where is None else where] = component
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: np.ndarray | None) -> bool:
+    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: Places | None) -> bool:
         """Let a source act on its cells for dt, add what it makes of each mass to ``brought``; tell whether it did anything."""
         inside, sweep = self._cells(q, where), self.sweeps[0]
         if where is not None and not source.wets and not inside.any():
@@ -367,7 +378,7 @@ class PlaneKernel(StepwiseKernel):
         self._put(q, where, [after[places.index(row)] for row in range(len(inside))])
         return True
 
-    def _settle(self, q: np.ndarray, where: np.ndarray | None) -> None:
+    def _settle(self, q: np.ndarray, where: Places | None) -> None:
         """Let what is too thin to move lose its momenta."""
         if not self.problem.model.defines("settle"):
             return
@@ -378,7 +389,7 @@ class PlaneKernel(StepwiseKernel):
         if where is not None:
             self._put(q, where, inside)
 
-    def _good(self, padded: np.ndarray, where: np.ndarray | None) -> bool:
+    def _good(self, padded: np.ndarray, where: Places | None) -> bool:
         """Whether a state is finite, without negative masses, and admissible."""
         q = self._cells(padded, where)
         if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
