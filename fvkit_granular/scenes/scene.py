@@ -17,8 +17,10 @@ from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
 from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.mountain import GAPS, Corners, Ground, ReleasedFlow, check_release, corners, ground, no_flow, outlet
+from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.reference import FunctionReference, Reference
-from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import Step
 from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.plausible import caution
