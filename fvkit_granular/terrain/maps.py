@@ -112,6 +112,8 @@ def film_map(solution: Solution, terrain: Terrain, path: str | Path, release: Re
     ValueError, TypeError
         If the grids differ, or an argument is of another kind.
     """
+    if solution.grid != terrain.grid:
+        raise ValueError(f"`solution` must be on the grid of the terrain, {terrain.grid}, got {solution.grid}")
     depths = [solution.observables(i)["h"] for i in range(len(solution.t))]
     relief, deepest = draw_map(terrain, release=release), max(float(h.max()) for h in depths)
 

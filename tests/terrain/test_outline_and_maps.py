@@ -99,7 +99,7 @@ def test_a_film_of_a_terrain_shows_every_output_over_its_relief(tmp_path):
         first = np.array(frames.convert("RGB"))
         frames.seek(4)
         assert (np.array(frames.convert("RGB")) != first).mean() > 0.005
-    with pytest.raises(ValueError, match="shape of the terrain"):
+    with pytest.raises(ValueError, match="`solution` must be on the grid of the terrain"):
         film_map(solution, ramp(), tmp_path / "other.gif")
 
 
