@@ -2,6 +2,7 @@
 
 import copyreg
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from importlib import import_module
@@ -18,6 +19,9 @@ TEXTS = (str, bytes, bytearray)
 
 #: Largest integer N such that floats represent every integer up to N exactly.
 MOST = 2**53
+
+#: Names above which a message about a wrong one lists the known ones last.
+MANY = 20
 
 #: Characters of a value that a message shows.
 LONGEST = 120
@@ -195,8 +199,10 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
         return value
     near = isinstance(value, str) and len(value) <= LONGEST
     nearest = get_close_matches(value, [str(option) for option in options], n=1) if near else []
-    raise ValueError(f"`{name}` must be one of {', '.join(map(str, options))}; got {shown(value)}"
-                     + (f", did you mean {nearest[0]}?" if nearest else ""))
+    meant = f", did you mean {nearest[0]}?" if nearest else ""
+    if len(options) > MANY:  # what was given comes first: the list may be cut
+        raise ValueError(f"`{name}` must be a known name, got {shown(value)}{meant or ';'} known: {', '.join(map(str, options))}")
+    raise ValueError(f"`{name}` must be one of {', '.join(map(str, options))}; got {shown(value)}{meant}")
 
 
 def field(check: Callable[..., Any], default: Any = attrs.NOTHING, *, optional: bool = False, kw_only: bool = False,
@@ -254,6 +260,14 @@ def physical() -> float:
 def cores() -> int:
     """Return how many processor cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def users_line() -> int:
+    """Return the ``stacklevel`` of a warning that points to the first caller outside of fvkit and its plug-ins."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "fvkit").startswith("fvkit"):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def fits_memory(count: int, floats: int, name: str) -> None:

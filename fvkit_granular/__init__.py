@@ -9,6 +9,7 @@ from fvkit_granular.models.pitman_le import PitmanLe
 from fvkit_granular.models.reduced import Reduced
 from fvkit_granular.models.relaxation import Relaxation
 from fvkit_granular.models.shallow_water import ShallowWater
+from fvkit_granular.models.slope import SteepSlopeWarning
 from fvkit_granular.models.two_layer import TwoLayer
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.observers.front import Front
@@ -19,7 +20,6 @@ from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow
-from fvkit_granular.scenes.slope import SteepSlopeWarning
 from fvkit_granular.scenes.toml.read import load_scene
 from fvkit_granular.scenes.toml.write import scene_text
 from fvkit_granular.scenes.watch import Watch

@@ -261,7 +261,7 @@ def _warn_of_cliff(name: str, values: np.ndarray, drop: float) -> None:
         warnings.warn(f"Periodic: `{name}` has a cliff of {abs(seam):.6g} at the seam, from {values[-1]:.6g} in the last cell to "
                       f"{values[0] - drop:.6g} in the first, where cells next to it differ by {around:.3g} at most. A slope that "
                       f"goes on for ever is fv.Periodic(drop={{{name!r}: {fall:.6g}}}); drop=0.0 says the cliff is meant",
-                      UserWarning, stacklevel=2)
+                      UserWarning, stacklevel=validation.users_line())
 
 
 @attrs.frozen

@@ -217,6 +217,9 @@ class Model(Part, ABC):
         """Return this model with the parameters that were left open (None) set to fit the initial state q0."""
         return self
 
+    def check_validity(self, problem: Any) -> None:
+        """Warn where the data of a `Problem` leave the range in which the equations are valid; called when it is built."""
+
     def relief(self) -> str | None:
         """Return the name of the aux function whose slopes the equations depend on, see `fvkit.problem.relief`; None for none."""
         return None

@@ -153,6 +153,7 @@ class Problem:
         slopes = () if ground is None else (Slopes(self.aux_averages[ground], self.grid, bends),)
         self._set("fields", slopes + varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
         self._check_contract()
+        self.model.check_validity(self)
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

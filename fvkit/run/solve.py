@@ -11,7 +11,7 @@ from fvkit.output.solution import Solution
 from fvkit.output.status import Status
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, Saver
-from fvkit.run.control import Control, Limits
+from fvkit.run.control import LOOK, Control, Limits
 from fvkit.run.failures import Fate
 from fvkit.run.progress import checked, reporter
 from fvkit.run.recording import InMemory, Snapshots, Stream
@@ -133,6 +133,7 @@ def _march(fate: Fate, targets: list[float], frames: Snapshots, control: Control
            saver: Saver | None) -> None:
     """Advance to the remaining output times; ``fate`` records the outcome."""
     stepper = fate.stepper
+    looked = stepper.seconds > LOOK
     with fate.watch("writing the first checkpoint"):
         if saver is not None:
             saver.begin()
@@ -149,6 +150,9 @@ def _march(fate: Fate, targets: list[float], frames: Snapshots, control: Control
                     observer(stepper)
                 fate.doing = "showing progress"
                 report(stepper.t, stepper.steps)
+                if not looked and stepper.seconds > LOOK:
+                    looked = True
+                    control.warn_of_limit(stepper, targets[-1])
                 if saver is not None:
                     fate.doing = "writing a checkpoint"
                     saver.tick()

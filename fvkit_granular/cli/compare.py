@@ -43,7 +43,7 @@ def register(commands: Any) -> None:
     study.add_argument("--seconds", type=float, metavar="S",
                        help="time limit per run (s); runs expected to exceed it are skipped, others are stopped (default: none)")
     study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
-                       help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
+                       help="extra figure: column Y of report.csv over column X, such as steps error.h")
     study.add_argument("--wide", action="store_true", help="print every column (default: a table of at most 100 columns)")
     common.common_options(study, "fvkit-compare-SCENE")
 

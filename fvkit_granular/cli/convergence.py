@@ -17,7 +17,7 @@ from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    parser = add_command(commands, "convergence", _convergence, "measure the order of one scheme on one scene",
+    parser = add_command(commands, "convergence", _convergence, "measure the order of convergence of one scheme on one scene",
                          "fvkit convergence slip-over-bottom --riemann roe --reconstruction mp5 --integrator dp5 --expect 4.8")
     parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     one_of(parser, "--model", MODELS, "two-phase")

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fvkit import Solution, Status, load
+from fvkit import Scheme, Solution, Status, load
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS
 from fvkit.files import remove
 from fvkit.output.configuration import build
@@ -23,11 +23,11 @@ from fvkit.output.plots import KINDS, MAPS, enlargement, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
 from fvkit.studies.tables import plain
-from fvkit_granular.cli.options import results_folder
+from fvkit_granular.cli.options import DEFAULTS
+from fvkit_granular.models.slope import deep, is_steep, said_of, steep_equations, steepest
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import deep, is_steep, said_of, steep_equations, steepest
 from fvkit_granular.studies.compare import deviations
 from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard
 from fvkit_granular.studies.mass_balance import MassBalance, mass_balance
@@ -87,13 +87,20 @@ def ends(options: argparse.Namespace) -> Any:
     return None if options.line is None else (options.line[:2], options.line[2:])
 
 
-def show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,
-          recorded: Recorded | None = None, again: str = "") -> int:
+def run_name(scene: str, model: Any, scheme: Scheme) -> str:
+    """Return scene, model and Riemann solver joined by hyphens, and the parts of the scheme that are not the default ones."""
+    parts = settings(scheme)
+    words = [parts["limiter"], parts["integrator"]] if parts["integrator"] else \
+        [f"order-{parts['order']}"] if parts["order"] == 1 else [parts["limiter"]] * (parts["limiter"] != DEFAULTS["limiter"])
+    return "-".join([scene, public_name(model), parts["riemann"], *words])
+
+
+def show(folder: Path, name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace,
+         reached: float = 0.0, recorded: Recorded | None = None, again: str = "") -> int:
     """Write the files of a run, print what is to be said, and return the exit code.
 
     ``again`` says how the run goes on where its result cannot be written.
     """
-    folder = results_folder(options, "run", name)
     kept = not solution.success and _succeeded(folder)
     folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)

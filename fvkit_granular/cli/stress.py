@@ -23,10 +23,9 @@ def register(commands: Any) -> None:
     parser = add_command(commands, "stress", lambda options: _stress(options, teller()),
                          "run the hard test scenes with models, solvers, orders and backends, and check each run",
                          "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full")
-    parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes, or scene files that end in .toml (default: all "
-                        "hard scenes)")
+    parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes or scene files (.toml; default: all hard scenes)")
     parser.add_argument("--full", action="store_true", help="run all combinations (default: a pairwise covering of the settings)")
-    parser.add_argument("--scenes", nargs="+", metavar="S", help=f"the same, as an option: hard scenes are {', '.join(CASES)}")
+    parser.add_argument("--scenes", nargs="+", metavar="S", help=f"same as SCENE; the hard scenes are {', '.join(CASES)}")
     parser.add_argument("--backends", nargs="+", type=named(BACKENDS[1:]), metavar="B",
                         help="numba, numpy or both (default: what is installed)")
     parser.add_argument("--workers", type=COUNT, help="processes (default: one per processor)")

@@ -1,5 +1,6 @@
 """`Scene`: physics without numerics, and the reference that it is measured against."""
 
+import warnings
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any
@@ -15,11 +16,11 @@ from fvkit.problem.side import four_sides
 from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
 from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
+from fvkit_granular.models.slope import needs_steep, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.mountain import GAPS, Corners, Ground, ReleasedFlow, check_release, corners, ground, no_flow, outlet
 from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
-from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.plausible import caution
 from fvkit_granular.terrain.outline import compare_outline
@@ -234,7 +235,10 @@ class Scene:
         fixed = np.shape(self.bottom)[::-1] if not callable(self.bottom) else ()
         grid = self.grid(None if self.terrain is not None else (fixed if len(fixed) > 1 else fixed[0]) if fixed else
                          DECIDING[len(self.axes)])
-        return "steep" if needs_steep(within_reach(self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid), self.g)) else "mild"
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the problem of the run gives them
+            problem = self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid)
+        return "steep" if needs_steep(within_reach(problem, self.g)) else "mild"
 
     @property
     def _bends(self) -> bool:
@@ -254,28 +258,31 @@ class Scene:
         """Return the problem for ``model`` (instance, or class, see `model`) on ``cells`` cells, see `grid`.
 
         Warns (`SteepSlopeWarning`) where the flow may reach ground above 15 degrees with the equations for mild slopes, see
-        `fvkit_granular.scenes.slope`.
+        `fvkit_granular.models.slope`.
         """
-        own = isinstance(model, type) and issubclass(model, Model)
-        plain = own and not self._bends
-        chosen = self._made(model, {}) if plain else self.model(model)  # mistakes of the scene are told on these cells
+        grid = self.grid(cells)
+        chosen = self._chosen(model, grid)
         if not callable(getattr(chosen, "conserved_from", None)):
             raise ValueError(f"`model` of a scene must make its state of h, phi, vs and vf, but {type(chosen).__name__} has no "
                              "`conserved_from`: take a model of fvkit_granular, or build a fvkit.Problem")
         if "b" not in chosen.aux and (callable(self.bottom) or np.any(np.asarray(self.bottom) != 0.0)):
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
-        grid = self.grid(cells)
         if self.terrain is not None and grid != self.terrain.grid:
             raise ValueError(f"`cells` must be those of the terrain, {self.terrain.grid.described}, got {grid.described}: read "
                              "it with another `cell`, gr.read_terrain(path, cell=10.0)")
         result = self._problem(chosen, grid)
         self._refuse_gaps(grid)
-        if plain and steep_equations(self.model(model)):
-            return self._problem(self.model(model), grid)
-        if not steep_equations(chosen):
-            warn_of_steep_ground(within_reach(result, self.g))
         return result
+
+    def _chosen(self, model: Any, grid: Grid) -> Model:
+        """Return `model`; a mistake of the scene is located on the cells of ``grid``, not on those that decide the equations."""
+        try:
+            return self.model(model)
+        except (ValueError, TypeError):
+            if isinstance(model, type) and issubclass(model, Model) and not self._bends:
+                self._problem(self._made(model, {}), grid)
+            raise
 
     @cached_property
     def _outlet(self) -> tuple[Any, ...]:

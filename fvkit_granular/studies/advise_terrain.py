@@ -12,9 +12,9 @@ import attrs
 import numpy as np
 
 from fvkit import Problem
+from fvkit_granular.models.slope import said_of, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import said_of, within_reach
 from fvkit_granular.sources.drag import ConstantDrag, Drag
 from fvkit_granular.sources.friction import BasalFriction
 from fvkit_granular.sources.rain import Rain

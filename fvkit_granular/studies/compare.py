@@ -1,14 +1,15 @@
 """`compare`: one scene, every model and solver, error against time."""
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from fvkit import MC, Model, RiemannSolver, Scheme, Solution, WavePropagation, validation
+from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, WavePropagation, validation
 from fvkit.pointwise.part import public_name
-from fvkit.problem.directions import directions, observables
+from fvkit.problem.directions import observables
 from fvkit.schemes.riemann import default_riemann
 from fvkit.studies.compare import CELLS, SCHEMES, Comparison, Run, runs_of
 from fvkit.studies.fine_grid_reference import fine_grid_reference, fine_scheme
@@ -73,7 +74,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
         raise ValueError("`cells` must not be empty")
     kinds = [scene.model(model) for model in (models or (TwoPhase, Reduced, ShallowWater))]
     for kind in kinds:
-        directions(kind, scene.grid(counts[0]))
+        scene.problem(kind, counts[0])  # gives the warnings, which other grids would repeat
     if schemes is not None and (riemann is not None or limiter is not None):
         raise ValueError("`schemes` name their own Riemann solver and limiter: leave `riemann` and `limiter` out")
     runs = (_runs(scene, kinds, riemann, counts, limiter, order, cfl) if schemes is None
@@ -84,7 +85,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     if known is not None:
         validation.instance(known, "reference", Reference, "such as gr.FunctionReference('exact', 'a sentence', at=flow)")
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
-    problem_of = partial(scene.problem, full)
+    problem_of = partial(_silently, scene, full)
     if known is None:
         high = any(run.scheme.time_integrator is not None for run in runs)
         found = fine_grid_reference(problem_of, fine_scheme(full, high), counts, backend, budget, tell)
@@ -92,6 +93,13 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     comparison = Comparison(scene.name or "unnamed", public_name(full), partial(problem_of, max(counts)), known, deviations,
                             lambda: {"path_sensitivity": known.path_sensitivity()})
     return comparison.measure(runs, repetitions, backend, budget, tell)
+
+
+def _silently(scene: Scene, model: Model, cells: Any) -> Problem:
+    """Return the problem of a model, without warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return scene.problem(model, cells)
 
 
 def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: tuple[int, ...], limiter: Any,
@@ -102,7 +110,7 @@ def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | 
     orders = order if isinstance(order, (list, tuple)) else [order]
     result = []
     for model in models:
-        problem_of = partial(scene.problem, model)
+        problem_of = partial(_silently, scene, model)
         if riemann is not None:
             solvers: Iterable[RiemannSolver] = riemann
         elif model is models[0]:
@@ -123,7 +131,7 @@ def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells
     result: list[Run] = []
     refusals: list[str] = []
     for model in models:
-        problem_of = partial(scene.problem, model)
+        problem_of = partial(_silently, scene, model)
         runs, refused = runs_of(public_name(model), problem_of, problem_of(cells[0]), schemes, cells)
         result, refusals = result + runs, refusals + refused
     if not result:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit import Model, Problem, Scheme, Solution, WavePropagation, solve, validation
 from fvkit.backends import BACKENDS
+from fvkit.problem.directions import observables
 from fvkit.schemes.registry import INTEGRATORS, LIMITERS, RECONSTRUCTIONS
 from fvkit.schemes.riemann import default_riemann
 from fvkit_granular.models.quantities import flow_names
@@ -117,7 +118,10 @@ class SceneRun:
         cells = left.pop("cells", own if self.cells is None else self.cells)
         if left:
             validation.choice(next(iter(left)), "parameter", self.names(scene, model))
-        return scene, scene.problem(model, cells), scheme
+        problem = scene.problem(model, cells)
+        if isinstance(scene.initial, Scaled):
+            scene.initial.check(observables(problem.model, problem.grid, problem.q0, problem.aux_averages))
+        return scene, problem, scheme
 
     def scene_of(self, parameters: Mapping[str, Any]) -> Scene:
         """Return the scene for parameters by name, those of model, scheme and cells among them."""
@@ -174,6 +178,13 @@ class Scaled:
 
     scene: Scene
     factors: Mapping[str, float]
+
+    def check(self, seen: Mapping[str, np.ndarray]) -> None:
+        """Raise ValueError for a factor on what is 0 in all cells; ``seen`` holds the observables of the start."""
+        for name, factor in self.factors.items():
+            if factor != 0.0 and name in seen and not np.any(seen[name]):
+                raise ValueError(f"`initial.{name}` is a factor on the initial {name} of the scene, which is 0 everywhere: it "
+                                 "changes nothing, leave it out")
 
     def __call__(self, *places: np.ndarray) -> dict[str, Any]:
         flow, factors = dict(self.scene.initial(*places)), dict(self.factors)

@@ -28,7 +28,7 @@ from fvkit_granular.terrain.terrain import Terrain
 
 #: How the name of a scene file ends, and what commands say about their argument.
 SUFFIX = ".toml"
-SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that ends in .toml"
+SCENE_HELP = "built-in scene (fvkit scenes lists them) or scene file (.toml)"
 
 #: Samples of the package by name: scene files with all that they read.
 SAMPLES = {f"sample-{path.parent.name}": path

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Problem
+from fvkit import Problem, validation
 from fvkit.problem.directions import observables
 from fvkit.problem.fields import on_grid
 from fvkit.problem.model import aux_rows
@@ -159,8 +159,9 @@ def needs_steep(slope: float) -> bool:
     return bool(slope > np.tan(np.radians(STEEP)))
 
 
-def warn_of_steep_ground(slope: float) -> None:
-    """Warn where a flow with the mild-slope equations may reach a slope above `MILD` degrees."""
-    if is_steep(slope):
+def warn_of_steep_ground(problem: Problem, g: float) -> None:
+    """Warn where a flow with the mild-slope equations may reach a slope above `MILD` degrees, see `within_reach`."""
+    b, dx = problem.aux_averages["b"], [axis.dx for axis in problem.grid.axes]
+    if is_steep(steepest(b, dx, np.full(b.shape, True))) and is_steep(slope := within_reach(problem, g)):
         warnings.warn(f"{sentence(slope)}, by b_x^2; they are made for slopes up to {MILD:g} degrees, and here speed and runout "
-                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=3)
+                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=validation.users_line())
