@@ -17,15 +17,17 @@ from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 from fvkit_granular.scenes import shapes
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
+from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.shapes import Profile, ShapedFlow
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.toml.read import load_scene
 from fvkit_granular.scenes.toml.write import scene_text
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.curvature import Curvature
 from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
-from fvkit_granular.sources.friction import BasalFriction, CoulombFriction, Manning, Voellmy
+from fvkit_granular.sources.friction import BasalFriction
+from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 from fvkit_granular.sources.rain import Drain, Rain
 from fvkit_granular.studies.advise import Advice, advise
 from fvkit_granular.studies.advise_terrain import TerrainAdvice

@@ -50,7 +50,7 @@ class Kernel(ABC):
         self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
         if problem.fields:
             self._stand_behind(fields.averages(problem.fields, problem.t_start))
-        self._slices = [tuple(_slice(cells) for cells in pair) for pair in self.ghosts]
+        self._slices = [tuple(as_slice(cells) for cells in pair) for pair in self.ghosts]
         self._layers = np.arange(self.halo, 0, -1.0), np.arange(1.0, self.halo + 1.0)
         self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
         if problem.background_averages is not None:
@@ -58,14 +58,14 @@ class Kernel(ABC):
         self.aux, self.aux_edges = np.ascontiguousarray(self.aux), np.ascontiguousarray(self.aux_edges)  # as the loop takes them
 
     def padded(self, q: np.ndarray) -> np.ndarray:
-        """Return a copy of q (num_eqn, num_cells) with room for ghost cells."""
-        result = np.zeros((q.shape[0], self.cells + 2 * self.halo))
+        """Return a copy of q (rows, *grid.shape) with room for ghost cells."""
+        result = np.zeros((len(q), *(cells + 2 * self.halo for cells in q.shape[1:])))
         self.inside(result)[:] = q
         return result
 
     def inside(self, padded: np.ndarray) -> np.ndarray:
         """View of the cells of the grid."""
-        return padded[:, self.halo:self.halo + self.cells]
+        return padded[(slice(None), *(slice(self.halo, cells - self.halo) for cells in padded.shape[1:]))]
 
     def padded_aux(self) -> np.ndarray:
         """The given functions on cells and ghost cells."""
@@ -186,7 +186,7 @@ def plans(scheme: Scheme, parts: Parts) -> tuple[Plan, Plan | None]:
     return attrs.evolve(transport, halo=halo), attrs.evolve(implicit, halo=halo)
 
 
-def _slice(cells: range) -> slice:
+def as_slice(cells: range) -> slice:
     """The slice of the same cells; none of ours ends at index 0 going down."""
     return slice(cells.start, cells.stop if cells.stop >= 0 else None, cells.step)
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from fvkit.backends.kernel import deepness
 from fvkit.backends.numpy_stages import Field, Runner, cut
+from fvkit.backends.plane_kernel import PlaneKernel
 from fvkit.backends.python_loop import Lost
-from fvkit.backends.sweeps import PlaneKernel, Report, Sweep
+from fvkit.backends.sweeps import Report, Sweep
 from fvkit.pointwise import CHUNK
 from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem

@@ -78,7 +78,8 @@ class Control:
         if share < SHORT:
             time, steps = (size * (end - stepper.t) / done for size in (stepper.seconds, stepper.steps))
             warnings.warn(f"after {stepper.steps} steps the run is at t = {stepper.t:.4g} of {end:.4g}: at this rate it needs "
-                          f"about {duration(time)} and {steps:.2g} steps more, and its limit is {self.limits.steps} steps: take a smaller `t_end`, fewer cells or limits=fv.Limits(steps=...)",
+                          f"about {duration(time)} and {steps:.2g} steps more, and its limit is {self.limits.steps} "
+                          "steps: take a smaller `t_end`, fewer cells or limits=fv.Limits(steps=...)",
                           RuntimeWarning, stacklevel=validation.users_line())
 
     def ends(self, stepper: Stepper) -> bool:

@@ -3,7 +3,7 @@
 import time as clock
 import warnings
 from collections.abc import Mapping
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
@@ -11,11 +11,9 @@ from fvkit import validation
 from fvkit.backends import BACKENDS, March, Outcome, backend_for, make_kernel, threads_for
 from fvkit.backends.march import FILM, MICRO
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
-from fvkit.pointwise import CHUNK
-from fvkit.problem import answers
-from fvkit.problem.directions import SIDES, Direction
-from fvkit.problem.model import aux_rows
+from fvkit.problem.directions import SIDES
 from fvkit.problem.problem import Problem
+from fvkit.run.diagnosis import diagnosis, largest_speed, speeds, wrong_speed
 from fvkit.run.step_length import Step
 from fvkit.schemes.fitting import assemble
 from fvkit.schemes.scheme import Scheme
@@ -25,9 +23,6 @@ UNLIMITED = 2**62
 
 #: Parts of a run in each of which sources and conditions that vary in time are looked at while all is dry.
 IDLE = 100
-
-#: Tolerance when checking that `wave_speeds` returns (smallest, largest).
-SWAPPED = 1e-9
 
 #: In statistics with one axis: its ends, and all sources together.
 ENDS, SOURCES = ("left", "right"), "sources"
@@ -115,30 +110,11 @@ class Stepper:
 
     def _first_dt(self) -> float:
         """Return the length of the first step, s, from the wave speeds of the initial state."""
-        problem = self.problem
-        steps = [self.scheme.cfl * axis.dx / speed if speed > 0.0 else np.inf
-                 for axis, speed in zip(problem.grid.axes, map(self._largest, self._asked, problem.directions), strict=True)]
+        problem, steps = self.problem, []
+        for model, direction, axis in zip(self._asked, problem.directions, problem.grid.axes, strict=True):
+            speed = largest_speed(problem, model, direction)
+            steps.append(self.scheme.cfl * axis.dx / speed if speed > 0.0 else np.inf)
         return min(steps)
-
-    def _largest(self, model: Any, direction: Direction) -> float:
-        """Return the largest wave speed of the initial state along an axis, m/s."""
-        q0, speed = self.problem.q0.reshape(len(self.problem.q0), -1), 0.0
-        aux = tuple(row.reshape(-1) for row in self.problem.given)
-        with np.errstate(all="ignore"):
-            for first in range(0, q0.shape[1], CHUNK):
-                q = tuple([q0[row, first:first + CHUNK] for row in direction.rows])
-                given = tuple([row[first:first + CHUNK] for row in aux])
-                low, high = answers.wave_speeds(model, q, given)
-                here = float(np.max(np.maximum(np.abs(low), np.abs(high))))
-                if np.any(low - high > SWAPPED * here):
-                    cell = first + int(np.argmax(np.broadcast_to(low - high, q0[0, first:first + CHUNK].shape)))
-                    raise ValueError(f"`wave_speeds` of {model} must return the smallest and the largest speed, in this order: "
-                                     f"the first is above the second in cell {cell} ({self.problem.grid.located(cell)})")
-                if answers.looks_between(model):
-                    sides = [tuple([row[cut] for row in rows]) for rows in (q, given) for cut in (slice(-1), slice(1, None))]
-                    here = max(here, *(float(np.max(np.abs(bound), initial=0.0)) for bound in answers.face_speeds(model, *sides)))
-                speed = max(speed, here)
-        return speed
 
     def step(self, dt: float | None = None) -> float:
         """Advance by one accepted step of at most ``dt`` and return its length, s.
@@ -212,27 +188,15 @@ class Stepper:
         if not known and march.lost > march.films:
             self.warn_lost()
         if outcome is Outcome.BAD_STATE:
-            self.fail(*self._diagnosis())
+            self.fail(*diagnosis(self.problem, self.q, self._kernel.inside(march.next)))
         if outcome is Outcome.NO_STEP:
             status = Status.DT_TOO_SMALL if self.length.dt is None else Status.DT_TOO_LARGE
-            self.fail(*(self._wrong_speed() or (status, int(np.argmax(np.max(np.abs(self._speeds()), axis=0))), march.now)))
+            wrong = wrong_speed(self.problem, self.q)
+            self.fail(*(wrong or (status, int(np.argmax(np.max(np.abs(speeds(self.problem, self.q)), axis=0))), self.q)))
         if resting and march.max_cfl == 0.0 and march.steps > books[1][0]:
             self._check_rest(books)
         if outcome is Outcome.LOST_HYPERBOLICITY:
-            self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.size - 1), march.now)
-
-    def _speeds(self) -> np.ndarray:
-        """Return the bounds of the wave speeds of the last accepted state along each axis, (2 or 4, cells)."""
-        with np.errstate(all="ignore"):
-            aux = aux_rows(self.problem.model, self.problem.aux_averages)
-            bounds = [bound for one in self.problem.directions
-                      for bound in answers.wave_speeds(one.model, tuple(self.q[list(one.rows)]), aux)]
-        return np.array([np.broadcast_to(bound, self.q.shape[1:]).reshape(-1) for bound in bounds])
-
-    def _wrong_speed(self) -> tuple[Status, int, np.ndarray] | None:
-        """Return status, cell and state of the first cell with NaN or infinite speeds; None without such a cell."""
-        finite = np.isfinite(self._speeds()).all(axis=0)
-        return None if finite.all() else (Status.WRONG_SPEED, int(np.argmin(finite)), self._march.now)
+            self.fail(Status.NONHYPERBOLIC, min(march.lost_face, self.problem.grid.size - 1))
 
     def _check_rest(self, books: tuple[np.ndarray, ...]) -> None:
         """Undo a step and raise if the state changed although all wave speeds are 0, so that `wave_speeds` is wrong."""
@@ -242,27 +206,7 @@ class Stepper:
         if moved.any():
             for book, kept in zip(march.books, books, strict=True):
                 book[:] = kept
-            self.fail(Status.WRONG_SPEED, int(np.argmax(moved)), march.now)
-
-    def _diagnosis(self) -> tuple[Status, int, np.ndarray]:
-        """Return the status, cell and padded state of the failure of the trial step."""
-        wrong = self._wrong_speed()
-        if wrong is not None:
-            return wrong
-        trial, model = self._march.next, self.problem.model
-        q = self._kernel.inside(trial).reshape(len(trial), -1)
-        finite = np.isfinite(q).all(axis=0)
-        if not finite.all():
-            return Status.NON_FINITE, int(np.argmin(finite)), trial
-        lowest = [(q[row].min(), int(np.argmin(q[row]))) for row in self._kernel.mass_rows]
-        if lowest and min(lowest)[0] < 0.0:
-            return Status.NEGATIVE_DEPTH, min(lowest)[1], trial
-        if model.defines("admissible"):
-            for one in self.problem.directions:
-                allowed = np.broadcast_to(one.model.admissible(tuple(q[list(one.rows)])), q.shape[1:])
-                if not allowed.all():
-                    return Status.INADMISSIBLE, int(np.argmin(allowed)), trial
-        return Status.NON_FINITE, -1, trial
+            self.fail(Status.WRONG_SPEED, int(np.argmax(moved)))
 
     def warn_lost(self) -> None:
         """Warn about complex wave speeds if ``nonhyperbolic`` is "warn"; called at the end of the run for thin films alone."""
@@ -291,10 +235,10 @@ class Stepper:
         """Whether wave speeds became complex in thin films alone."""
         return 0 < self._march.lost == self._march.films
 
-    def fail(self, status: Status, cell: int = -1, padded: np.ndarray | None = None) -> NoReturn:
-        """Raise `SolveError` with the time, the cell and the state of that cell."""
+    def fail(self, status: Status, cell: int = -1, q: np.ndarray | None = None) -> NoReturn:
+        """Raise `SolveError` with the time, the cell and the state of that cell, in q or else in the current state."""
         place = self.problem.grid.place(cell) if cell >= 0 else (np.nan,)
-        whole = self._kernel.inside(self._march.now if padded is None else padded)
+        whole = self.q if q is None else q
         state = whole.reshape(len(whole), -1)[:, max(cell, 0)].copy()
         raise SolveError(status, self.t, cell, place[0], state, self.steps, self.problem.conserved, place[1:])
 

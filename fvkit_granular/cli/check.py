@@ -17,7 +17,6 @@ from fvkit_granular.models.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.advise_terrain import effort
-from fvkit_granular.terrain.hydrograph import OverTime
 
 
 def register(commands: Any) -> None:
@@ -59,8 +58,8 @@ def _check(options: argparse.Namespace) -> int:
 
 def _brought(source: Any, scene: Scene) -> str:
     """What a hydrograph brings in the time of the run, in words."""
-    given = getattr(source, "intensity", None)
-    if not isinstance(given, OverTime):
+    given: Any = getattr(source, "intensity", None)
+    if not hasattr(given, "brought"):
         return ""
     volume = scene.terrain.grid.cell_volume * given.brought(scene.t_end)
     return f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"

@@ -19,8 +19,10 @@ from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
 from fvkit_granular.models.slope import needs_steep, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.mountain import GAPS, Corners, Ground, ReleasedFlow, check_release, corners, ground, no_flow, outlet
+from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.reference import FunctionReference, Reference
-from fvkit_granular.scenes.shapes import Profile, ShapedFlow, Step
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import Step
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.plausible import caution
 from fvkit_granular.terrain.outline import compare_outline

@@ -7,9 +7,7 @@ With two axes a shape is called with x and y, and varies over x alone, over y al
 point (``over=(x, y)``): a `Block` over a point is a disc, a `Gaussian` a bell.
 """
 
-import warnings
 from abc import ABC, abstractmethod
-from pathlib import Path
 from typing import Any
 
 import attrs
@@ -17,8 +15,6 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise.part import by_name
-from fvkit_granular.csv_table import UNITS, implausible, read_columns
-from fvkit_granular.models.quantities import velocities
 
 
 def _over(value: Any) -> Any:
@@ -228,133 +224,3 @@ SHAPES: dict[str, type[Shape]] = by_name((Step, Steps, Block, Hump, Gaussian, Co
 
 #: No velocity.
 NONE = Uniform(0.0)
-
-
-def _ground(value: Any, name: str) -> Any:
-    is_function = callable(value) and not isinstance(value, type)
-    return value if is_function else validation.real(value, name, hint="a number or a function of x")
-
-
-@attrs.frozen
-class ShapedFlow:
-    """A function x -> {h, phi, vs, vf} made of shapes and numbers, as `Scene` takes it for ``initial``.
-
-    Parameters
-    ----------
-    h : depth, m, >= 0; or None where ``surface`` is given.
-    phi : solid fraction in [0, 1].
-    vs, vf : velocities of solid and fluid, m/s, on one axis.
-    surface : level of the surface, m: the depth is max(surface - bottom, 0), levelled in each cell, see `Scene`.
-    bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
-    vs_x, vs_y, vf_x, vf_y : velocities with two axes, m/s, where ``vs`` and ``vf`` have no meaning.
-    """
-
-    h: Any = validation.field(as_shape, None, optional=True)
-    phi: Any = validation.field(as_shape, None, optional=True, kw_only=True)
-    vs: Any = validation.field(as_shape, NONE, kw_only=True)
-    vf: Any = validation.field(as_shape, NONE, kw_only=True)
-    surface: Any = validation.field(as_shape, None, optional=True, kw_only=True)
-    bottom: Any = validation.field(_ground, None, optional=True, kw_only=True)
-    vs_x: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
-    vs_y: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
-    vf_x: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
-    vf_y: Any = validation.field(as_shape, NONE, kw_only=True, repr=False)
-
-    def __attrs_post_init__(self) -> None:
-        if (self.h is None) == (self.surface is None):
-            raise ValueError("a flow of shapes takes either `h`, the depth, or `surface`, its level: give one of them")
-        if self.phi is None:
-            raise ValueError("a flow of shapes needs `phi`, the solid fraction")
-
-    def __call__(self, *places: np.ndarray) -> dict[str, np.ndarray]:
-        moving, others = (velocities(axes) for axes in (len(places), 3 - len(places)))
-        for name in others:
-            if getattr(self, name) != NONE:
-                known = "two axes, got one with one" if len(places) == 1 else "one axis, got one with two"
-                raise ValueError(f"`{name}` of a flow of shapes is for a scene with {known}: give {', '.join(moving)}")
-        flow = {name: getattr(self, name)(*places) for name in ("phi", *moving)}
-        if self.surface is not None:
-            flow["surface"] = self.surface(*places)
-        return flow if self.surface is not None and self.bottom is None else {"h": self.depth(*places)} | flow
-
-    def depth(self, *places: np.ndarray) -> np.ndarray:
-        """Return the depth h at points x, or x and y, m; ValueError where only the scene knows the bottom."""
-        if self.surface is None:
-            return self.h(*places)
-        if self.bottom is None:
-            raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth of its own: ask `Scene.flow`")
-        return np.maximum(self.surface(*places) - (self.bottom(*places) if callable(self.bottom) else self.bottom), 0.0)
-
-
-INTERPOLATIONS = ("linear", "constant")
-
-
-@attrs.frozen
-class Profile(Shape):
-    """A column of a CSV file over another one: a shape that knows where it comes from. `Profile.read` makes it.
-
-    Parameters
-    ----------
-    path : the file.
-    column : name of the column.
-    along : name of the column of x.
-    interpolation : ``"linear"``: straight lines between rows; ``"constant"``: the value of a row holds up to the next one.
-    x : (rows,) ascending, m.
-    values : (rows,) in SI units.
-    """
-
-    path: Path
-    column: str
-    along: str
-    interpolation: str = attrs.field(converter=lambda value: validation.choice(value, "interpolation", INTERPOLATIONS))
-    x: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
-    values: np.ndarray = attrs.field(repr=False, eq=attrs.cmp_using(eq=np.array_equal))
-
-    @classmethod
-    def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length",
-             over: Any = None) -> "Profile":
-        """Return the function that a CSV file holds.
-
-        Parameters
-        ----------
-        path : the file, UTF-8, at most 10 MB: commas, points in decimals, a header such as ``x [m], b [m]``.
-        column : name of the column, without its unit.
-        interpolation : ``"linear"`` or ``"constant"``.
-        along : name of the column of x, ascending.
-        measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
-        over : with two axes what it varies over, see ``gr.shapes.Shape``.
-
-        Raises
-        ------
-        ValueError
-            With file, line and column.
-        FileNotFoundError
-            Where there is no such file.
-        """
-        table = read_columns(path)
-        x = table.ascending(along, "length", "for a jump put two rows close together")
-        values = table.column(column, validation.choice(measures, "measures", UNITS))
-        return cls(table.path, column, along, interpolation, x, values, over=over)
-
-    def warn_of_units(self) -> None:
-        """Warn where the numbers of a bottom look like another unit than the header names."""
-        length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
-        looks = implausible(self.values, length)
-        if looks == "steep":
-            advice, header = f"if {self.along} is in kilometres, or `{self.column}` in centimetres or millimetres", self.along
-        elif looks == "flat":
-            advice, header = f"if `{self.column}` is in kilometres", self.column
-        else:
-            return
-        warnings.warn(f"{self.path}: the bottom `{self.column}` varies by {height:.4g} m over {length:.4g} m of {self.along}: "
-                      f"{advice}, say so in the header, such as `{header} [km]`", RuntimeWarning, stacklevel=2)
-
-    def values_at(self, x: Any) -> np.ndarray:
-        points = np.asarray(x, dtype=float)
-        if points.size and (points.min() < self.x[0] or points.max() > self.x[-1]):
-            raise ValueError(f"{self.path}: column `{self.column}` covers {self.along} from {self.x[0]:.10g} to "
-                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is asked for: add "
-                             "rows, or shorten `interval`")
-        if self.interpolation == "linear":
-            return np.interp(points, self.x, self.values)
-        return self.values[np.searchsorted(self.x, points, side="right") - 1]

@@ -37,6 +37,7 @@ class Curvature(Source):
     """
 
     bends: ClassVar[bool] = True
+    separates: ClassVar[str] = ""
 
     def check(self, model: Any) -> None:
         if model.relief() is None:

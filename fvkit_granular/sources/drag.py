@@ -63,12 +63,15 @@ class Drag(Source):
        counts as 0 (drag never drives), D above 1e100 as 1e100.
     2. ``remaining(model, phi, slip, time)`` returns the share of the slip that is left after a time, in [0, 1]. The
        default serves every law, see there; override it where the law has a closed form.
+    3. ``constant = True`` says that D is the same for every phi and slip.
 
     Everything else is shared: the step leaves the masses as they are, bit for bit, keeps the mixture momentum hs vs + gamma
     hf vf, moves nothing where a phase is absent, never lets the slip grow or change its sign, and takes any D and dt.
     """
 
     between_phases: ClassVar[bool] = True
+    constant: ClassVar[bool] = False
+    separates: ClassVar[str] = ""
 
     @abstractmethod
     def coefficient(self, model, phi, slip):
@@ -251,6 +254,8 @@ class ConstantDrag(Drag):
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.5c); closed form derived here.
     """
+
+    constant: ClassVar[bool] = True
 
     D: float = number(at_least=0.0, hint="drag coefficient in 1/s")
 

@@ -1,4 +1,4 @@
-"""Friction at the bed: one law R(load, h, speed) per class, for the momenta of every phase of every model.
+"""Friction at the bed: the base class of laws R(load, h, speed), for the momenta of every phase of every model.
 
     (m v)_t + ... = -m R sgn(v),   R the deceleration, m/s^2, and m the mass that carries the momentum m v.
 
@@ -14,9 +14,7 @@ import numpy as np
 
 from fvkit import Source, maximum, minimum, where
 from fvkit.pointwise import combine
-from fvkit.problem.fields import number
 from fvkit_granular.models.wet_dry import share, threshold, velocity
-from fvkit_granular.sources.plausible import caution
 
 #: Relative excess of static over dynamic friction, so that a flow that comes to rest at its angle stops in finite time.
 STICKING = 1e-6
@@ -29,13 +27,6 @@ DEEPEST = 100.0
 
 #: Number of iterations of `BasalFriction.slowed`, of two evaluations of the law each.
 ITERATIONS = 8
-
-#: Largest coefficient of dry friction, the tangent of 80 degrees: more is an angle in degrees, not its tangent; and the largest
-#: plausible one, of 63 degrees.
-STEEPEST, STEEP = 5.67, 2.0
-
-#: Said with a coefficient that is refused.
-TANGENT = "the tangent of the friction angle: tan(35 deg) = 0.70"
 
 #: Added to the square of a number whose root divides, where both may vanish.
 LEAST = 1e-300
@@ -65,7 +56,8 @@ class BasalFriction(Source):
        constant change/dt, and has this friction. The default serves every law, see there; override it for a closed form.
     3. ``slowed(model, load, h, speed, dt)`` returns the speed v' in [0, speed] with v' + dt R(v') = speed: what the default
        of ``moved``, and a scheme with implicit sources, are made of.
-    4. ``static = False`` says that R = 0 at rest: nothing is held there.
+    4. ``static = False`` says that R = 0 at rest: nothing is held there. ``proportional = True`` says that R is a constant
+       times the load.
 
     Everything else is shared. The step is stable for any R and dt, of second order, exact where R does not depend on the speed
     and where R balances the drive; without a drive it never turns a momentum round nor lets it grow, ends in exactly 0 where
@@ -80,6 +72,9 @@ class BasalFriction(Source):
     """
 
     static: ClassVar[bool] = True
+    proportional: ClassVar[bool] = False
+    separates: ClassVar[str] = ("friction at the bed slows grains and fluid differently, and in shallow water acts without "
+                                "buoyancy")
 
     def check(self, model):
         for name in ("basal_load", "depth"):
@@ -188,156 +183,17 @@ class BasalFriction(Source):
         return tuple(result)
 
     def rate(self, model, q, aux):
-        result, h, loads = list(q), maximum(model.depth(q), threshold(model.dry)), model.basal_load(q)
-        for load, (masses, momentum) in zip(loads, model.phases, strict=True):
-            for row in masses:
-                result[row] = 0.0 * q[row]
-            v = velocity(q[masses[-1]], q[momentum], model.dry)
-            result[momentum] = -np.sign(v) * (q[masses[-1]] * self.bounded(model, load, h, np.abs(v)))
-        return tuple(result)
+        return self.decelerated(model, q, lambda load, h, speed: speed)
 
     def implicit_rate(self, model, q, aux, a):
+        return self.decelerated(model, q, lambda load, h, speed: self.slowed(model, load, h, speed, a))
+
+    def decelerated(self, model, q, end):
+        """Return dq/dt with R at the speed ``end(load, h, speed)`` of each phase."""
         result, h, loads = list(q), maximum(model.depth(q), threshold(model.dry)), model.basal_load(q)
         for load, (masses, momentum) in zip(loads, model.phases, strict=True):
             for row in masses:
                 result[row] = 0.0 * q[row]
             v = velocity(q[masses[-1]], q[momentum], model.dry)
-            speed = self.slowed(model, load, h, np.abs(v), a)
-            result[momentum] = -np.sign(v) * (q[masses[-1]] * self.bounded(model, load, h, speed))
+            result[momentum] = -np.sign(v) * (q[masses[-1]] * self.bounded(model, load, h, end(load, h, np.abs(v))))
         return tuple(result)
-
-
-@attrs.frozen
-class CoulombFriction(BasalFriction):
-    """Coulomb (dry) friction, R = nu load: a pile below its angle of friction stays at rest, a sliding block stops.
-
-    Exact in a step: v' = max(|v| - dt nu load, 0). In the two-phase model it acts on the solid alone, whose load
-    is g (1-gamma); the fluid has none. In the reduced model the grains carry g (1 - gamma/rho).
-
-    Parameters
-    ----------
-    nu : coefficient of friction, tangent of the angle at the bed, 0 to 5.67 (80 degrees); above 2 warns.
-
-    Source: the paper's model, Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, drops the term after its derivation;
-    implicit clip remembered as common practice; the bound at faces is derived here.
-    """
-
-    nu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
-
-    def check(self, model):
-        caution(self, "nu", 0.0, STEEP, TANGENT)
-        super().check(model)
-
-    def resistance(self, model, load, h, speed):
-        return self.nu * load
-
-    def moved(self, model, load, h, v, change, dt):
-        return against_quadratic(v, change, self.nu * load, 0.0, dt)
-
-    def slowed(self, model, load, h, speed, dt):
-        return maximum(speed - dt * self.bounded(model, load, h, speed), 0.0)
-
-
-@attrs.frozen
-class Voellmy(BasalFriction):
-    """Voellmy friction, R = mu load + g v^2/(xi h): dry friction and a turbulent part.
-
-    In closed form: with s = max(|v| - dt mu load, 0) and a = dt g/(xi h), v' = 2 s/(1 + sqrt(1 + 4 a s)). In the two-phase
-    model dry friction acts on the solid alone and the turbulent part on each phase by its own velocity, h being the depth
-    of both: with one velocity for both phases the sum of them is the law for the whole layer.
-
-    Parameters
-    ----------
-    mu : coefficient of dry friction, the tangent of its angle, 0 to 5.67 (80 degrees); above 2 warns.
-    xi : turbulence coefficient, m/s^2, > 0; 100 to 2000 for avalanches and debris flows (remembered); below 1 warns.
-
-    Source: A. Voellmy, Schweizerische Bauzeitung 73 (1955), as remembered; closed form of the step derived here.
-    """
-
-    mu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
-    xi: float = number(above=0.0, hint="turbulence coefficient in m/s^2")
-
-    def check(self, model):
-        caution(self, "mu", 0.0, STEEP, TANGENT)
-        caution(self, "xi", 1.0, np.inf, "the turbulence coefficient in m/s^2 is 100 to 2000, not 1/xi or g/xi")
-        super().check(model)
-
-    def resistance(self, model, load, h, speed):
-        return self.mu * load + model.g / self.xi / h * (speed * speed)
-
-    def moved(self, model, load, h, v, change, dt):
-        return against_quadratic(v, change, self.mu * load, model.g / self.xi / h, dt)
-
-    def slowed(self, model, load, h, speed, dt):
-        return quadratic(maximum(speed - dt * (self.mu * load), 0.0), dt * (model.g / self.xi / h))
-
-
-@attrs.frozen
-class Manning(BasalFriction):
-    """Manning friction, R = g n^2 v^2/h^(4/3): rough turbulent flow, no friction at rest.
-
-    In closed form: with a = dt g n^2/h^(4/3), v' = 2 |v|/(1 + sqrt(1 + 4 a |v|)). In the two-phase model it acts on each
-    phase by its own velocity, h being the depth of both: with one velocity it is the law for the whole layer.
-
-    Parameters
-    ----------
-    n : roughness, s/m^(1/3), >= 0; 0.01 to 0.1 for channels (remembered); above 1 warns. Of Strickler's coefficient K it is 1/K.
-
-    Source: R. Manning, 1891, as in every textbook of hydraulics; closed form of the step derived here.
-    """
-
-    n: float = number(at_least=0.0, hint="roughness in s/m^(1/3)")
-
-    static: ClassVar[bool] = False
-
-    def check(self, model):
-        caution(self, "n", 0.0, 1.0, "roughness in s/m^(1/3); of Strickler's coefficient K it is n = 1/K")
-        super().check(model)
-
-    def resistance(self, model, load, h, speed):
-        return self.strength(model, h) * (speed * speed)
-
-    def moved(self, model, load, h, v, change, dt):
-        return against_quadratic(v, change, 0.0, self.strength(model, h), dt)
-
-    def slowed(self, model, load, h, speed, dt):
-        return quadratic(speed, dt * self.strength(model, h))
-
-    def strength(self, model, h):
-        """Return g n^2/h^(4/3), 1/m."""
-        # A power would not be vectorised: exp and log are.
-        return model.g * (self.n * self.n) * np.exp(-4.0 / 3.0 * np.log(h))
-
-
-def quadratic(speed, a):
-    """Return v >= 0 with v + a v^2 = speed."""
-    return 2.0 * speed / (1.0 + np.sqrt(1.0 + 4.0 * a * speed))
-
-
-def against_quadratic(v, change, static, a, dt):
-    """Return the velocity after dt of dv/dt = change/dt - (static + a v^2) sgn v.
-
-    With the speed u and D = change - dt static, along the motion,
-
-        u' = u + (D - a dt u^2)/(r + a dt u),   r = sqrt(1 + a dt max(D, 0)):
-
-    second order, exact for a = 0, for D = 0, where D = a dt u^2, and for dt -> infinity. Where u + D < 0 the motion stops, and
-    what is left of the step may push it back. Derived here.
-
-    Parameters
-    ----------
-    v, change : m/s, of any sign.
-    static : deceleration at rest, m/s^2.
-    a : 1/m, >= 0.
-    dt : time >= 0, s.
-    """
-    strong, held = minimum(a, STRONGEST) * dt, minimum(maximum(static, 0.0), STRONGEST) * dt
-    u = np.abs(v)
-    side = where(v == 0.0, np.sign(change), np.sign(v))
-    drive = side * change - held
-    root = np.sqrt(1.0 + strong * maximum(drive, 0.0))
-    onward = maximum(u + (drive - strong * u * u) / (root + strong * u), 0.0)
-    turned = u + drive < 0.0
-    left = 1.0 - u / where(turned, -drive, 1.0)
-    back = maximum(-side * change - held, 0.0) * left
-    return side * where(turned, -back / np.sqrt(1.0 + strong * left * back), onward)

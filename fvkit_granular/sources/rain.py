@@ -53,8 +53,16 @@ class Rain(Source):
     0.100000 m, 1.000000 m^2
     """
 
+    separates: ClassVar[str] = ""
+    brings: ClassVar[str] = "phi"
+
     intensity: float = number(hint=UNIT)
     phi: float = number(0.0, at_least=0.0, at_most=1.0, hint="solid fraction of what falls: 60 % is 0.6")
+
+    @property
+    def noun(self) -> str:
+        """What mass balances call it: a hydrograph, where a map varies in time, else rain."""
+        return "hydrograph" if hasattr(self.intensity, "brought") else "rain"
 
     def acts_in(self) -> np.ndarray | None:
         return cells_with(self.intensity)
@@ -109,6 +117,8 @@ class Drain(Source):
 
     wets: ClassVar[bool] = False
     turns: ClassVar[bool] = False
+
+    noun: ClassVar[str] = "drain"
 
     leaving: float = number(alias="rate", at_least=0.0, hint="1/s; 0 where nothing leaves")
 

@@ -11,8 +11,7 @@ from fvkit.studies.tables import preformatted
 from fvkit_granular.models.slope import SteepSlopeWarning, is_steep, sentence, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.sources.drag import ConstantDrag, Drag
-from fvkit_granular.sources.friction import BasalFriction, CoulombFriction
+from fvkit_granular.sources.friction import BasalFriction
 from fvkit_granular.studies.advise_terrain import TerrainAdvice, advise_on_terrain
 from fvkit_granular.studies.grid_error_estimate import MOST, resolution
 from fvkit_granular.studies.model_error_indicators import Indicators, indicators, sampled
@@ -168,11 +167,12 @@ def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
     beyond = [
         (numbers.slip > 0.8, "the slip is close to the loss of hyperbolicity, where the problem is ill-posed"),
         (numbers.dry_share > 0.0 and numbers.phi_range > 0.3, "steep phi with dry ground"),
-        (bool(friction) and (uneven > 0.0 or not all(isinstance(law, CoulombFriction) for law in friction)),
+        (bool(friction) and (uneven > 0.0 or not all(law.proportional for law in friction)),
          "friction at the bed other than Coulomb's on level ground"),
-        (any(isinstance(source, Drag) and not isinstance(source, ConstantDrag) for source in sources),
+        (any(source.between_phases and not getattr(source, "constant", False) for source in sources),
          "variable drag: K is that of the mean state at the start"),
-        (any(not isinstance(source, (Drag, BasalFriction)) for source in sources), "sources that are not part of the prediction"),
+        (any(source not in friction and not source.between_phases for source in sources),
+         "sources that are not part of the prediction"),
         (any(side.closed for side in sides) and reached > 0.5, "waves return from the walls; the prediction covers "
          "their first passage only"),
         (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),

@@ -12,17 +12,17 @@ import attrs
 import numpy as np
 
 from fvkit import Problem
+from fvkit.problem.fields import averages
 from fvkit_granular.models.slope import said_of, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.sources.drag import ConstantDrag, Drag
-from fvkit_granular.sources.friction import BasalFriction
-from fvkit_granular.sources.rain import Rain
 from fvkit_granular.studies.model_error_indicators import DRY, drag_of
-from fvkit_granular.terrain.hydrograph import OverTime
 
 #: Time of a step with two axes per cell where something flows, s; share of the relief's potential energy that speeds reach.
 COST, SHARE = 2.5e-7, 0.5
+
+#: Said of a source that does not say itself, as ``separates``, why the three models differ where it acts, "" where they do not.
+UNKNOWN = "sources that are not known here"
 
 #: Cells that an advice looks at, as multiples of those of the terrain.
 COARSER = (1, 2, 4)
@@ -138,24 +138,22 @@ def advise_on_terrain(scene: Scene) -> TerrainAdvice:
     flow = scene.flow(x, y)
     h = np.broadcast_to(flow["h"], x.shape)
     wet = h > DRY * h.max(initial=0.0)
-    if not wet.any() and not any(isinstance(source, Rain) for source in scene.sources):
+    rains = [source for source in scene.sources if hasattr(source, "brings")]
+    if not wet.any() and not rains:
         raise ValueError(f"the scene {scene.name or ''} is dry everywhere: there is nothing to advise on")
-    shares = np.concatenate([np.broadcast_to(flow["phi"], x.shape)[wet], *map(_brought, scene.sources)])
+    problem = scene.problem(TwoPhase)
+    shares = np.concatenate([np.broadcast_to(flow["phi"], x.shape)[wet],
+                             *(_values(source, source.brings, problem) for source in rains)])
     ends = float(shares.min()), float(shares.max())
     moving = any(np.any(np.broadcast_to(flow[name], x.shape)[wet]) for name in flow if name.startswith("v"))
     reasons = [text for holds, text in (
         (ends[0] < ends[1], f"the solid fraction varies from {ends[0]:.3g} to {ends[1]:.3g}"),
         (moving, "the flow starts with a velocity"),
-        (any(isinstance(source, BasalFriction) for source in scene.sources), "friction at the bed slows grains and fluid "
-         "differently, and in shallow water acts without buoyancy"),
-        (any(isinstance(source, Rain) and not isinstance(source.intensity, OverTime) and np.min(source.intensity) < 0.0
-             for source in scene.sources), "infiltration takes fluid alone"),
-        (any(not isinstance(source, (Drag, BasalFriction, Rain)) and not source.bends for source in scene.sources),
-         "sources that are not known here")) if holds]
-    drags = [source for source in scene.sources if isinstance(source, Drag)]
-    if reasons and any(not isinstance(source, ConstantDrag) for source in drags):
+        (any((_values(source, "intensity", problem) < 0.0).any() for source in rains), "infiltration takes fluid alone"),
+        *((True, text) for text in dict.fromkeys(getattr(source, "separates", UNKNOWN) for source in scene.sources) if text),
+    ) if holds]
+    if reasons and any(source.between_phases and not getattr(source, "constant", False) for source in scene.sources):
         reasons.append("the drag varies with the flow: K is that of the start, without slip")
-    problem = scene.problem(TwoPhase)
     whole, dx = effort(scene, problem), terrain.grid.axes[0].dx
     area = float(wet.sum()) * terrain.grid.cell_volume
     return TerrainAdvice(
@@ -164,11 +162,14 @@ def advise_on_terrain(scene: Scene) -> TerrainAdvice:
         np.sqrt(area) / dx if wet.any() else np.nan, _coarser(terrain, whole), float(h.max()), whole)
 
 
-def _brought(source: Any) -> np.ndarray:
-    """Return the solid fractions of what a source brings."""
-    if not isinstance(source, Rain):
-        return np.empty(0)
-    return np.ravel(source.phi.values if isinstance(source.phi, OverTime) else np.asarray(source.phi, dtype=float))
+def _values(source: Any, name: str, problem: Problem) -> np.ndarray:
+    """Return the values of a field of a source: of a table in time all of them, of another function those at the start."""
+    given = getattr(source, name)
+    given = getattr(given, "values", given)
+    if callable(given):
+        given = averages([field for field in problem.fields
+                          if field.source is source and getattr(field, "name", "") == name], problem.t_start)
+    return np.ravel(given)
 
 
 def _coarser(terrain: Any, whole: Effort) -> dict[int, tuple[int, float, float]]:

@@ -13,8 +13,7 @@ from fvkit.run.stepper import numbered
 from fvkit.studies.tables import table
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.sources.rain import Drain, Rain
-from fvkit_granular.terrain.hydrograph import OverTime
+from fvkit_granular.sources.rain import Drain
 
 #: What the row of the cells without data is called.
 GAPS = "cells without data"
@@ -142,15 +141,9 @@ def _places(scene: Scene, solution: Solution, gaps: bool) -> dict[str, dict[str,
         found[GAPS] = entered[drains[-1]]  # a scene puts its own behind the others
     given = [(key, source) for key, source in zip(numbered([type(one).__name__ for one in scene.sources]), scene.sources,
                                                    strict=True) if key in entered]
-    named = [(key, _noun(source)) for key, source in given if any(entered[key].values()) or isinstance(source, Rain)]
+    named = [(key, getattr(source, "noun", type(source).__name__)) for key, source in given
+             if any(entered[key].values()) or hasattr(source, "brings")]
     return found | {name: entered[key] for name, (key, _) in zip(numbered([noun for _, noun in named]), named, strict=True)}
-
-
-def _noun(source: Any) -> str:
-    """What a source of mass is called."""
-    if isinstance(source, Rain):
-        return "hydrograph" if isinstance(source.intensity, OverTime) else "rain"
-    return "drain" if isinstance(source, Drain) else type(source).__name__
 
 
 def _contacts(scene: Scene, arrival: np.ndarray, gaps: bool) -> dict[str, float]:

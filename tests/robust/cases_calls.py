@@ -231,7 +231,7 @@ ABSTRACT = "abstract: see test_abstract_parts_say_what_is_missing"
 ERROR = "an exception, raised by the package"
 NUMPY = "NumPy's own function, for pointwise code"
 ELSEWHERE = {
-    **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "TerrainAdvice", "MassBalance", "MovingEquilibrium", "OutlineScore", "Profile", "Release", "shapes.Profile", "fvkit.testing.Outcome",
+    **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "TerrainAdvice", "MassBalance", "MovingEquilibrium", "OutlineScore", "Profile", "Release", "fvkit.testing.Outcome",
                      *(f"exact.{name}" for name in ("Accelerated", "PeriodicFlow", "RarefactionFans", "ReducedRiemann", "ReducedState",
                                                     "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "TwoPhaseRiemann",
                                                     "TwoPhaseState", "TwoPhaseWave", "UniformDrag", "Wave"))), RESULT),

@@ -19,6 +19,16 @@ def scene(**more):
     return gr.Scene(**{"terrain": ground, "release": release(ground), "phi": 0.6, "t_end": 4.0, "sources": ()} | more)
 
 
+class Idle(fv.Source):
+    """A source of one's own that does nothing, and does not say so."""
+
+    def step(self, model, q, aux, dt):
+        return q
+
+    def rate(self, model, q, aux):
+        return tuple(0.0 * row for row in q)
+
+
 @pytest.mark.parametrize("sources", ["none", "drag", "curvature", "hydrograph"])
 def test_where_shallow_water_is_said_to_suffice_it_is_the_same_flow(sources, tmp_path):
     ground = terrain()
@@ -39,7 +49,9 @@ def test_where_shallow_water_is_said_to_suffice_it_is_the_same_flow(sources, tmp
 @pytest.mark.parametrize(("change", "words"), [
     ({"sources": gr.CoulombFriction(0.2)}, "friction at the bed"), ({"sources": gr.Voellmy(0.1, 500.0)}, "friction at the bed"),
     ({"sources": gr.Rain(-1e-5, phi=0.6)}, "infiltration"), ({"sources": gr.Rain(1e-5)}, "solid fraction varies from 0 to 0.6"),
-    ({"sources": gr.Drain(0.1)}, "not known here")])
+    ({"sources": gr.Rain(lambda x, y: -1e-5 * x, phi=0.6)}, "infiltration"),
+    ({"sources": gr.Rain(1e-5, phi=lambda x, y: 0.3 + 0.0 * x)}, "solid fraction varies from 0.3 to 0.6"),
+    ({"sources": gr.Drain(0.1)}, "not known here"), ({"sources": Idle()}, "not known here")])
 def test_what_makes_the_models_differ_is_named_and_no_error_is_predicted(change, words):
     advice = gr.advise(scene(**change))
     assert (advice.same, advice.model) == (False, "two-phase")

@@ -8,7 +8,7 @@ import numpy as np
 
 from fvkit import BoundaryCondition, Grid, Model, Outflow, Periodic, Problem, Source, Wall
 from fvkit_granular.sources.drag import ConstantDrag, VelocityDrag
-from fvkit_granular.sources.friction import CoulombFriction
+from fvkit_granular.sources.friction_laws import CoulombFriction
 
 #: Cells of the metre that a scene is long.
 CELLS = 60

@@ -9,7 +9,8 @@ import numpy as np
 from fvkit import Periodic, Wall
 from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene, two_states
-from fvkit_granular.scenes.shapes import Block, ShapedFlow
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import Block
 from fvkit_granular.sources.drag import ConstantDrag
 
 #: Solid fraction where it is uniform.

@@ -9,9 +9,10 @@ from fvkit import Periodic
 from fvkit_granular.models.quantities import Flow
 from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.shapes import Block, Plane, ShapedFlow, Step
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import Block, Plane, Step
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag
-from fvkit_granular.sources.friction import CoulombFriction
+from fvkit_granular.sources.friction_laws import CoulombFriction
 
 #: Density of air over that of grains: dry piles carry their full weight in every model, to 0.05 %.
 AIR = 5e-4

@@ -14,9 +14,10 @@ from fvkit_granular.scenes.library.dry_and_extreme import PHI
 from fvkit_granular.scenes.library.friction import AIR
 from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.shapes import Block, Gaussian, PiecewiseLinear, ShapedFlow, Step
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import Block, Gaussian, PiecewiseLinear, Step
 from fvkit_granular.sources.drag import ConstantDrag
-from fvkit_granular.sources.friction import CoulombFriction
+from fvkit_granular.sources.friction_laws import CoulombFriction
 
 
 def _followed(solved: Any, half: float, t_end: float, detail: str, **settings: Any) -> Scene:

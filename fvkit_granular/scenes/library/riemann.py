@@ -7,7 +7,8 @@ import numpy as np
 
 from fvkit_granular.scenes.reference import FunctionReference, one_velocity, still
 from fvkit_granular.scenes.scene import Scene, two_states
-from fvkit_granular.scenes.shapes import ShapedFlow, Step, Steps
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import Step, Steps
 
 
 def _riemann_problem(left: dict[str, float], right: dict[str, float], **settings: Any) -> Scene:

@@ -14,15 +14,17 @@ from fvkit.problem.grid import NAMES
 from fvkit_granular.boundaries import FixedLevel, GivenFlow, Hydrograph, UniformSlope
 from fvkit_granular.models.quantities import velocities
 from fvkit_granular.scenes.library.catalogue import scene_factory, scene_names
+from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.shapes import SHAPES, Profile, Shape, ShapedFlow, Sum
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import SHAPES, Shape, Sum
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference
 from fvkit_granular.scenes.toml.table import Table, read_toml
 from fvkit_granular.scenes.toml.terrain import gaps_of, hydrographs_of, release_of, terrain_of, with_rasters
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.curvature import Curvature
 from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
-from fvkit_granular.sources.friction import CoulombFriction, Manning, Voellmy
+from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.terrain import Terrain
 

@@ -12,8 +12,10 @@ from fvkit.problem.problem import SIDES as ENDS
 from fvkit.validation import instance, shown
 from fvkit_granular.scenes.library.catalogue import scene as built_in_scene
 from fvkit_granular.scenes.library.catalogue import scene_names
+from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.shapes import NONE, SHAPES, Profile, Shape, ShapedFlow, Sum, Uniform
+from fvkit_granular.scenes.shaped_flow import ShapedFlow
+from fvkit_granular.scenes.shapes import NONE, SHAPES, Shape, Sum, Uniform
 from fvkit_granular.scenes.toml.by_name import BuiltInBottom, BuiltInFlow, BuiltInReference, differences
 from fvkit_granular.scenes.toml.read import ALL_SIDES, ALONG, BOUNDARIES, FLOW, SOURCES, WATCH
 from fvkit_granular.scenes.watch import Watch

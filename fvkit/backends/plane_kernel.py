@@ -1,0 +1,218 @@
+"""Steps on a grid with two axes: sources, a sweep along each axis, sources, and settling.
+
+Steps come in pairs of equal length, xy and yx, which makes them second order together.
+"""
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from fvkit.backends.march import March, step_length
+from fvkit.backends.plan import plan
+from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.backends.sweeps import Sweep
+from fvkit.problem import fields
+from fvkit.problem.model import aux_rows
+from fvkit.problem.problem import Problem
+from fvkit.problem.turned import stepped
+from fvkit.schemes.scheme import Parts, Scheme
+
+
+class PlaneKernel(StepwiseKernel):
+    """A kernel of a grid with two axes: a subclass says who runs the sweeps."""
+
+    sweep_kind: type[Sweep]
+
+    def __init__(self, problem: Problem, scheme: Scheme, parts: tuple[Parts, ...], threads: int = 1) -> None:
+        self.problem, self.scheme, self.parts = problem, scheme, parts[0]
+        self.mass_rows = list(problem.mass_rows)
+        self.joint = bool(self.parts.joint)
+        plans = [plan(scheme.stages(one)) for one in parts]
+        self.halo = max(one.halo for one in plans)
+        if min(problem.grid.shape) < self.halo:
+            raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}: "
+                             "what varies along one axis alone is a problem on fv.Grid(lower, upper, num_cells)")
+        self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
+        self._lay_out(problem)
+        places = [source.acts_in() for source in self.parts.beside]
+        self._few = all(cells is not None for cells in places)
+        self._places = [None if cells is None else self._padded_numbers(cells) for cells in places]
+        self._work = self.padded(problem.q0)
+        for sweep, given in zip(self.sweeps, self.given, strict=True):
+            sweep.prepare(given, threads)
+        self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)
+
+    def _lay_out(self, problem: Problem) -> None:
+        """Lay out the given functions, the fields of sources and, for each axis, what acts across it."""
+        own, model = len(problem.model.aux), problem.model
+        more = sum(field.size for field in problem.fields)
+        self._known = own + more
+        pulls = 3 * self.parts.across if self.joint else 0
+        squeeze = int(self.parts.across > 0)
+        first = self.padded(np.zeros((own + more + pulls + squeeze, *problem.grid.shape)))
+        for row, values in zip(first, aux_rows(model, problem.aux_averages), strict=False):
+            self.inside(row[None])[0] = values
+        for sweep in self.sweeps:
+            sweep.fill_given(first, slice(0, own), of_the_model=True)
+        self.given = [first, first.copy() if squeeze else first]
+        if problem.fields:
+            self.set_fields(problem.t_start)
+
+    def set_fields(self, t: float) -> None:
+        own = len(self.problem.model.aux)
+        rows = fields.averages(self.problem.fields, t).reshape(-1, *self.problem.grid.shape)
+        here = slice(own, own + len(rows))
+        for sweep, given in zip(self.sweeps, self.given, strict=True):
+            self.inside(given[here])[:] = rows
+            sweep.fill_given(given, here, of_the_model=False)
+
+    @property
+    def steady_boundary(self) -> bool:
+        return self.problem.steady_boundary
+
+    @property
+    def book_rows(self) -> int:
+        return 4 + max(1, len(self.parts.beside))
+
+    @property
+    def dx(self) -> float:
+        return self.problem.grid.axes[0].dx
+
+    def length(self, march: March, dt: float, target: float) -> tuple[float, bool]:
+        fixed = march.bounds[0] > 0.0
+        return step_length(march.t, dt, target, pair=march.steps % 2 == 0 and not fixed)
+
+    def following(self, march: March, dt: float, longest: float) -> float:
+        return longest if march.steps % 2 else dt
+
+    def trial(self, march: March, dt: float) -> Trial:
+        kept: list[tuple[Any, np.ndarray]] = []
+        try:
+            return self._tried(march, dt, kept)
+        finally:  # also where Ctrl-C ends it: the accepted state is what a run saves
+            for where, values in kept[::-1]:
+                self._put(march.now, where, values)
+
+    def _tried(self, march: March, dt: float, kept: list[tuple[Any, np.ndarray]]) -> Trial:
+        """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
+        splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
+        first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
+        brought = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
+        if not self.steady_fields:
+            self.set_fields(middle)
+        start, between = march.now, self._work
+        if self.parts.beside and splitting.before > 0.0:
+            if not self._few:
+                self.inside(march.next)[:] = self.inside(start)
+                start = march.next
+            for source, where, gain in zip(self.parts.beside, self._places, brought, strict=False):
+                if self._few:
+                    kept.append((where, self._cells(start, where)))
+                self._act(source, start, splitting.before * dt, gain, where)
+        first.fill(start, middle)
+        self._look_round(start)
+        if self.joint:
+            self._look_across(start, middle, first)
+        if self.parts.across:
+            self._clear(self.given[first.number][-1])
+        one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
+        if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
+            # The step is too long, and its state may have negative masses: the second sweep must not see it.
+            return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((4, brought.shape[1])), brought, Lost(), -1)
+        second.fill(between, middle)
+        if self.parts.across:
+            squeezed = self.given[second.number]
+            second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
+        self._look_round(between, second)
+        later = list(zip(self.parts.beside, self._places, brought, strict=False))[::-1] if splitting.after > 0.0 else []
+        few = second.settles and self._few
+        other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
+        acted = [where for source, where, gain in later if self._act(source, march.next, splitting.after * dt, gain, where)]
+        good = not (few and other.bad)
+        for where in acted if few else [None]:
+            self._settle(march.next, where)
+            good = good and self._good(march.next, where)
+        scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
+        widths = [self.volume / sweep.axis.dx for sweep in (first, second)]
+        speed = max(one.speed * scales[0], other.speed * scales[1])
+        if not isfinite(one.speed + other.speed):
+            speed = float("nan")
+        through = [one.flux * widths[0], other.flux * widths[1]]
+        flux = np.concatenate(through if first.number == 0 else through[::-1])
+        lost = Lost(one.lost.faces + other.lost.faces, one.lost.films + other.lost.films,
+                    max(one.lost.deepest, other.lost.deepest))
+        return Trial(speed, good, flux, brought, lost, max(one.lost_cell, other.lost_cell))
+
+    def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
+        """Find where something stands, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the rest."""
+
+    def _clear(self, row: np.ndarray) -> None:
+        """Set to 0 a padded row that sweeps write."""
+        row[:] = 0.0
+
+    def _look_across(self, q: np.ndarray, t: float, filled: Sweep) -> None:
+        """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it.
+
+        The ghost cells of the sweep ``filled`` hold those of time t already.
+        """
+        for sweep, other in zip(self.sweeps, self.sweeps[::-1], strict=True):
+            given = self.given[other.number]
+            target = given[len(given) - 1 - 3 * self.parts.across:len(given) - 1]
+            if sweep is not filled:
+                sweep.fill(q, t)
+            sweep.pull(q, target, self.given[sweep.number])
+            other.fill_given(target, slice(0, len(target)), of_the_model=False)
+
+    def _padded_numbers(self, cells: np.ndarray) -> np.ndarray:
+        """Return the numbers of cells in padded arrays, from those in arrays of cells."""
+        rows, columns = np.unravel_index(cells, self.problem.grid.shape)
+        return np.asarray((rows + self.halo) * (self.problem.grid.shape[1] + 2 * self.halo) + columns + self.halo)
+
+    def _cells(self, padded: np.ndarray, where: np.ndarray | None) -> np.ndarray:
+        """Return the values of cells, (rows, cells), a copy; a view of all of them, (rows, ny, nx), for None."""
+        return self.inside(padded) if where is None else padded.reshape(len(padded), -1).take(where, axis=1)
+
+    def _put(self, padded: np.ndarray, where: np.ndarray | None, values: Any) -> None:
+        """Write the values of cells."""
+        target = self.inside(padded) if where is None else padded.reshape(len(padded), -1)
+        for row, component in zip(target, values, strict=True):
+            row[... if where is None else where] = component
+
+    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: np.ndarray | None) -> bool:
+        """Let a source act on its cells for dt, add what it makes of each mass to ``brought``; tell whether it did anything."""
+        inside, sweep = self._cells(q, where), self.sweeps[0]
+        if where is not None and not source.wets and not inside.any():
+            return False
+        plane = source.turns and self.parts.across
+        places = [*sweep.rows, *sweep.direction.across] if plane else list(range(len(inside)))
+        aux = tuple(self._cells(self.given[0][:self._known], where))
+        before = tuple(inside[row] for row in places)
+        if plane:
+            after = stepped(source, sweep.model, before, lambda state: source.step(self.parts.model, state, aux, dt))
+        else:
+            after = source.step(self.parts.model, before, aux, dt)
+        for k, row in enumerate(map(places.index, self.mass_rows)):
+            if after[row] is not before[row]:
+                brought[k] += np.add.reduce(after[row] - before[row], axis=None)
+        self._put(q, where, [after[places.index(row)] for row in range(len(inside))])
+        return True
+
+    def _settle(self, q: np.ndarray, where: np.ndarray | None) -> None:
+        """Let what is too thin to move lose its momenta."""
+        if not self.problem.model.defines("settle"):
+            return
+        inside = self._cells(q, where)
+        for sweep in self.sweeps:
+            for row, component in zip(sweep.rows, sweep.model.settle(tuple(inside[row] for row in sweep.rows)), strict=True):
+                inside[row] = component
+        if where is not None:
+            self._put(q, where, inside)
+
+    def _good(self, padded: np.ndarray, where: np.ndarray | None) -> bool:
+        """Whether a state is finite, without negative masses, and admissible."""
+        q = self._cells(padded, where)
+        if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
+            return False
+        return all(bool(np.all(sweep.model.admissible(tuple(q[row] for row in sweep.rows))))
+                   for sweep in self.sweeps if sweep.model.defines("admissible"))
