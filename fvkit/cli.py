@@ -1,4 +1,4 @@
-"""The command ``fvkit``: parsing, exit codes and the sentences for mistakes. Commands come from plug-ins."""
+"""The command ``fvkit``: parsing, exit codes, error messages. Commands come from plug-ins."""
 
 import argparse
 import os
@@ -109,7 +109,7 @@ def _say(message: str, end: str = "") -> None:
 
 
 def _as_typed(message: str, spelled: Mapping[str, str]) -> str:
-    """Return a message about an argument with the options that give it: `--cells` where the library says `num_cells`."""
+    """Return a message with the names of options in place of those of arguments: `--cells` for `num_cells`."""
     first = re.match(r"`(\w+)(\[\d+\])?`", message)  # messages about a file begin with its name: what they name are keys
     if first is None or first[1] not in spelled:
         return message

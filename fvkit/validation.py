@@ -117,7 +117,7 @@ def array(value: Any, name: str, shape: tuple[int, ...] | None = None) -> np.nda
 
 
 def is_single(value: Any) -> bool:
-    """Whether a value is meant as one number, not as an array of them; it need not be a good one."""
+    """Whether a value is a single number, valid or not, rather than an array."""
     return not isinstance(value, (list, tuple)) and getattr(value, "ndim", 0) == 0
 
 
@@ -250,7 +250,7 @@ def library(name: str, what: str, extra: str) -> Any:
 
 
 def physical() -> float:
-    """Return the memory of this machine, bytes; infinite where the system does not tell."""
+    """Return the memory of this machine, bytes; infinite where the system does not report it."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):  # not on every system
@@ -271,7 +271,7 @@ def users_line() -> int:
 
 
 def fits_memory(count: int, floats: int, name: str) -> None:
-    """Raise ValueError where ``count`` items of so many floats, which the argument ``name`` asks for, exceed the memory."""
+    """Raise ValueError where ``count`` items of so many floats, requested by the argument ``name``, exceed the memory."""
     needed, there = 8.0 * floats * count, physical()
     if needed > there:
         raise ValueError(f"`{name}` must fit into memory: {count} need about {needed / 1e9:.3g} GB, this machine has "

@@ -59,7 +59,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import `exact` and scipy, or `plots`, `draw_map` and matplotlib, when they are first asked for."""
+    """Import `exact` and scipy, or `plots`, `draw_map` and matplotlib, when they are first used."""
     if name in ("MovingEquilibrium", "steady"):
         return getattr(import_module("fvkit_granular.exact.moving_equilibrium"), name)
     if name == "draw_map":

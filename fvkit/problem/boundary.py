@@ -32,8 +32,8 @@ class BoundaryCondition(Part, ABC):
        It raises ValueError when the boundary cannot serve the model.
     4. ``ghost_aux(model, aux, distance)`` returns the aux rows of the ghost cells from those of the cells that they look
        at, and how far outside of these they lie: unchanged by default. Plain NumPy, once.
-    5. ``placed(left, model, grid, aux)`` returns the condition as it is at one end of a grid: what it needs to know of the
-       ground there is noted in it. Itself by default.
+    5. ``placed(left, model, grid, aux)`` returns a copy bound to one end of a grid, with the bathymetry that it
+       needs there. Itself by default.
     6. ``mass_fluxes(model, values)`` returns what passes the end of each mass of the model, positive to the right: a part of
        ``values``. Where it is not defined, or (), the Riemann solver decides, from the ghost cells.
     7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
@@ -105,11 +105,11 @@ def slope_beyond(value: Any, hint: str) -> float:
 
 @attrs.frozen
 class Continued(BoundaryCondition, ABC):
-    """Abstract end beyond which the aux functions go on, for models that know what flows there. Contract:
+    """Abstract end beyond which the aux functions continue, for models that define ``beyond``. Contract:
 
     1. ``ground`` holds, once `placed`, the slopes of the aux functions beyond the end, per metre to the right, and how far
        outside the first ghost cell lies, m, positive to the right. () for a model that defines no `Model.beyond`: all is level.
-       It stands at the end of ``values``.
+       It is the last of ``values``.
     2. ``goes_on(values, left)`` returns how much lower an aux function with cell averages ``values`` goes on, per cell outwards.
     3. `beyond` returns the state of a flow there.
 
@@ -157,9 +157,9 @@ def beyond(end, model, q, values):
 
 @attrs.frozen
 class Outflow(Continued):
-    """The flow goes on as in the last cell: a lake at its level, a river at its depth, in models that tell one from the other.
+    """Open end: the flow continues as in the last cell, a lake at its level, a river at its depth (models with ``beyond``).
 
-    Where the ground falls outwards it goes on falling; where it rises it goes on level, so that no river runs in from above.
+    Ground that falls outwards continues to fall; ground that rises continues level, so that no river runs in from above.
     Keeps rest over any bottom; reflects a little when a shock leaves.
     """
 
@@ -204,14 +204,14 @@ def _drop(value: Any) -> Any:
 
 @attrs.frozen
 class Periodic(BoundaryCondition):
-    """The domain closes on itself, for ever: give it on both sides.
+    """Periodic boundary, on both sides of an axis: the domain closes on itself.
 
     Parameters
     ----------
-    drop : what the aux functions fall by over the length of the domain, so that a slope goes on for ever: {"b": 2.0}, or a
-        number for a model with one aux function. They go on lower by it beyond the upper end, and higher beyond the lower one;
-        the flow is the same. None where they close on themselves: a cliff at the seam that slopes next to it do not explain
-        then makes a warning, and 0.0 says that it is meant.
+    drop : fall of the aux functions over the length of the domain, for an endless slope: {"b": 2.0}, or a
+        number for a model with one aux function. They continue lower by it beyond the upper end, and higher beyond the lower one.
+        None for functions that are periodic: a step at the seam that is much larger than those next to it then gives a
+        warning, which 0.0 switches off.
     """
 
     reads: ClassVar[str] = "opposite"
@@ -324,7 +324,7 @@ class Inflow(Given):
 
     Notes
     -----
-    The ghost cells hold the state, over a bottom that goes on. Water that stands has its level there: its depth is that over the
+    The ghost cells have the state, over a bottom that continues. Standing water has its level there: its depth is that over the
     bottom of the first cell. Of a flow with a depth that is faster than its waves exactly h v enters, where it is constant; one
     that varies in time lets in too much onto dry, steep ground, per cents on coarse cells.
     """

@@ -1,4 +1,4 @@
-"""`Model`: a hyperbolic system as a set of questions that solvers, boundaries and schemes ask."""
+"""`Model`: a hyperbolic system, as the methods that solvers, boundaries and schemes call."""
 
 import inspect
 from abc import ABC, abstractmethod
@@ -118,7 +118,7 @@ class Model(Part, ABC):
     def lift(self, here, aux):
         """Return what to add to q over ``aux`` so that rest is constant; linear in aux, frozen at the state ``here``.
 
-        High-order reconstructions see q + lift. Zero by default, and asked only where defined.
+        High-order reconstructions see q + lift. Zero by default, and used only where defined.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `lift`: q itself is reconstructed")
 
@@ -225,7 +225,7 @@ class Model(Part, ABC):
         return None
 
     def on_slope(self, steepness: Any) -> "Model":
-        """Return the equations over a bottom of slope s, ``steepness`` = 1 + s^2; asked only where `relief` names a bottom."""
+        """Return the equations over a bottom of slope s, ``steepness`` = 1 + s^2; used only where `relief` names a bottom."""
         raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_slope`")
 
     def on_bed(self, root: Any, turning: tuple[Any, ...] = ()) -> Any:

@@ -69,7 +69,7 @@ class Problem:
         (num_eqn, num_cells) of cell averages. On a grid with two axes a function of x and y, each (my, mx) -> (num_eqn, my, mx),
         or an array (num_eqn, ny, nx), with a row for the momentum along each axis: (masses, momentum x, momentum y) per phase.
     t_end : end time, s, after ``t_start``.
-    aux : {name: function of x, (num_cells,) cell averages, or number}; names that the model knows, 0 where missing.
+    aux : {name: function of x, (num_cells,) cell averages, or number}; names of ``model.aux``, 0 where missing.
     boundary : one condition, (left, right), or {"left": condition, "right": condition}, where a missing side is `Outflow`. With
         two axes the sides are (west, east, south, north), and each may be an `Along`.
     sources : a `Source` or a sequence of them.
@@ -257,7 +257,7 @@ class Problem:
 
 
 def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:
-    """Refuse a flux of a mass that depends on aux values: faces ask it of the state alone."""
+    """Refuse a flux of a mass that depends on aux values: faces compute it from the state alone."""
     with np.errstate(all="ignore"):
         moving = tuple([row + 0.5 for row in q])
         here, elsewhere = (answers.flux(model, moving, tuple([factor * row + factor for row in aux])) for factor in (1.0, 3.0))

@@ -139,7 +139,7 @@ def _march(fate: Fate, targets: list[float], frames: Snapshots, control: Control
             saver.begin()
         for target in targets[len(frames.t) - 1:]:
             while stepper.t < target:
-                fate.doing = f"asking {control.until}"
+                fate.doing = f"evaluating {control.until}"
                 if control.ends(stepper):
                     fate.status = Status.STOPPED
                     return

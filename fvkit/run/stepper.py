@@ -153,7 +153,7 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
-        look = self._next_look if np.isfinite(target) else np.inf  # else the step has been asked for
+        look = self._next_look if np.isfinite(target) else np.inf  # else the caller requested the step
         target = min(target, next((t for t in self._breaks if t > march.t), np.inf), look)
         while max_steps > 1 and self._resting:
             self._take(target, 1)

@@ -53,7 +53,7 @@ class Integrator:
             if self.ssp is not None and steps < self.ssp * (1.0 - PRINTED):
                 raise ValueError(f"`ssp` of {name} must be at most alpha/beta of every entry, {steps:g} in row {k}, or None: "
                                  f"no positivity guaranteed; got {self.ssp:g}")
-        _sum(when[-1:], 1.0, f"the time of the last state of {name}", "in units of dt, which alpha and beta tell")
+        _sum(when[-1:], 1.0, f"the time of the last state of {name}", "in units of dt, from alpha and beta")
         if self.implicit:
             _sum(self.weights, 1.0, f"`weights` of {name}", "those of the sources in the new state")
 

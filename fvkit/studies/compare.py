@@ -182,7 +182,7 @@ class Comparison:
     name : name of the problem or scene.
     full_model : label of the model of the reference.
     finest : () -> the problem of the reference's profile.
-    reference : object with ``averages(model, grid, t)``, or a function of places and time; ``kind`` and ``detail`` say which.
+    reference : object with ``averages(model, grid, t)``, or a function of places and time; ``kind`` and ``detail`` describe it.
     deviations : what counts as the error of a run.
     remarks : () -> further information for the table, as for `Report`.
     """

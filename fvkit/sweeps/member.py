@@ -1,4 +1,4 @@
-"""What a worker does: run a few members and tell how each ended."""
+"""Members of a sweep: what a worker runs, and the outcome of each."""
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter

@@ -26,7 +26,7 @@ class SweepResult:
     outputs : {output: (members, ...)}, NaN where a member did not finish; an array of objects, None there, where
         the members returned arrays of different shapes.
     status : (members,) ``"finished"``, a `fvkit.Status` in small letters, ``"error"`` (the function raised), or
-        ``"lost"`` (the executor failed, also when asked again), or ``"interrupted"`` (Ctrl-C came first).
+        ``"lost"`` (the executor failed, also in repetitions), or ``"interrupted"`` (by Ctrl-C).
     message : (members,) one sentence where a member did not finish.
     seconds : (members,) wall time of the function, s.
     elapsed : wall time of this sweep, s, without members read from a folder.

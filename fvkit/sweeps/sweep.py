@@ -57,7 +57,7 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
 
     Notes
     -----
-    ``folder`` knows the function by its name, not by its code: after a change of the code give another folder.
+    ``folder`` identifies the function by its name, not by its code: after a change of the code give another folder.
     """
     folder = None if folder is None else validation.file(folder, "folder")
     samples = parameters if isinstance(parameters, Samples) else \

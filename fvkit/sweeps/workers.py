@@ -169,7 +169,7 @@ def end_processes(executor: Executor, at_once: bool) -> None:
 
 
 def _end_with_parent() -> None:
-    """Wait for the end of the process that started this one: it would wait for work for ever."""
+    """End this process when the one that started it ends; otherwise it would wait for work without end."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

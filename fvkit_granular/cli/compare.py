@@ -17,7 +17,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import compare, compared
 
-#: What may stand on an axis of --plot-axes: columns of report.csv, of which some go on with a dot and a quantity.
+#: Columns of report.csv for --plot-axes; some are followed by a dot and a quantity.
 AXES = ("order", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max",
         "order_observed", "mass_drift")
 

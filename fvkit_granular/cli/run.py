@@ -149,7 +149,7 @@ def _netcdf_or_refuse() -> None:
 
 
 def _scene(options: argparse.Namespace) -> Scene:
-    """Return the scene, with what the options record in place of what it says."""
+    """Return the scene, with the records that the options ask for in place of its own."""
     found = find_scene(options.scene)
     asked = {key: getattr(options, key) for key in ("gauges", "threshold") if getattr(options, key) is not None}
     if "threshold" in asked and len(found.axes) > 1 and found.terrain is None:
@@ -158,7 +158,7 @@ def _scene(options: argparse.Namespace) -> Scene:
 
 
 def _recording(options: argparse.Namespace) -> str:
-    """The options that record something, as they are typed: a run goes on with the same ones."""
+    """The options for records, as they are typed: a continued run needs the same ones."""
     gauges = [",".join(map(str, place)) if isinstance(place, tuple) else str(place) for place in options.gauges or ()]
     deep = [] if options.threshold is None else ["--threshold", str(options.threshold)]
     return "".join(f"{word} " for word in (*(["--gauges", *gauges] if gauges else []), *deep))

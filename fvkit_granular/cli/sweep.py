@@ -26,7 +26,7 @@ from fvkit_granular.studies.scene_run import SceneRun
 DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": None, "scheme": {}, "samples": "latin-hypercube", "members": 100,
                             "seed": 0, "outputs": None, "thresholds": None, "backend": "auto"}
 
-#: What is kept where the file does not say, by the number of axes.
+#: Default outputs, by the number of axes.
 OUTPUTS = {1: ["max.h", "front.h"], 2: ["max.h", "mean.h"]}
 REQUIRED = ("scene", "parameters")
 
@@ -84,7 +84,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 
 def _netcdf(result: SweepResult, folder: Path) -> list[str]:
-    """Write sweep.nc where the extra is installed; say so where not."""
+    """Write sweep.nc where the extra is installed; otherwise print a message."""
     try:
         return [result.save(folder / "sweep.nc").name]
     except (ImportError, ValueError) as error:
@@ -107,7 +107,7 @@ def _executor(address: str | None) -> Iterator[Executor | None]:
 
 
 def read(path: Path) -> tuple[SceneRun | HazardRun, Keep, Samples]:
-    """Return what a file says: run, outputs and samples, checked on the first member.
+    """Return the run, outputs and samples of a file, checked on the first member.
 
     Raises
     ------

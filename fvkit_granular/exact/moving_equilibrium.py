@@ -83,7 +83,7 @@ class MovingEquilibrium:
         return hs, hf
 
     def averages(self, model: Model, grid: Grid) -> np.ndarray:
-        """Return the cell averages (num_eqn, n) of what the flow is to ``model``.
+        """Return the cell averages (num_eqn, n) of the flow in the variables of ``model``.
 
         By Gauss's rule with five nodes in each cell: exact to rounding where kinks of the bottom lie on cell edges.
         """
@@ -154,7 +154,7 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
     ------
     ValueError
         Where no such flow exists: choked before the crest, complex characteristic speeds on the way, no depth that passes
-        the crest. The message says where and what to change.
+        the crest. The message has the place and the remedy.
     TypeError
         For a model that has no such flows.
 
@@ -252,7 +252,7 @@ def _choked(flow: "Discharges", piece: "Piece", samples: tuple[np.ndarray, np.nd
     waves = "outer" if standing in (0, 3) else "inner"
     return (f"choked flow: with these discharges the {waves} waves stand at b = {height:.6g} (first at x = {where:.6g}), where "
             f"hs = {hs:.6g}, hf = {hf:.6g}, vs = {flow.ms / hs:.6g}, vf = {flow.mf / hf:.6g}; the bottom goes on to {way} by "
-            f"{(sign * (b - height)).max():.6g} m; lower the crest or the discharges, raise the depth, or ask for "
+            f"{(sign * (b - height)).max():.6g} m; lower the crest or the discharges, raise the depth, or choose "
             "transcritical=True, which adapts the depth")
 
 

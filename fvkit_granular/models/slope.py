@@ -27,7 +27,7 @@ STEEP = 10.0
 #: Observables whose size is a speed.
 SPEEDS = ("v", "vs", "vf", "speed", "speed_s", "speed_f")
 
-#: Times at which ends and sources that change are asked for what they bring.
+#: Number of times at which ends and sources that change in time are evaluated.
 INSTANTS = 17
 
 
@@ -72,7 +72,7 @@ def within_reach(problem: Problem, g: float) -> float:
 
     Parameters
     ----------
-    problem : the problem; conditions and sources that change are asked at `INSTANTS` times, and where they have breaks.
+    problem : the problem; conditions and sources that change in time are evaluated at `INSTANTS` times and at their breaks.
     g : gravity, m/s^2.
     """
     aux, grid = problem.aux_averages, problem.grid
@@ -132,7 +132,7 @@ def _fed(problem: Problem, t: float) -> float:
 
 
 def sentence(slope: float) -> str:
-    """Return what is to be said of a slope: its angle, and the error of the driving force."""
+    """Return the sentence about a slope: its angle, and the error of the driving force."""
     return (f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees: there the driving force of the mild-slope equations is "
             f"too large by {float(f'{100.0 * slope * slope:.2g}'):.15g} %")
 
@@ -143,7 +143,7 @@ def steep_equations(model: Any) -> bool:
 
 
 def said_of(slope: float, model: Any) -> str:
-    """Return what is to be said of a slope where a model was run: its angle, and the equations or their error."""
+    """Return the sentence about a slope for a model: its angle, and the equations or their error."""
     if steep_equations(model):
         return f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees: computed with the equations for steep ground"
     return sentence(slope)

@@ -16,7 +16,7 @@ INTERPOLATIONS = ("linear", "constant")
 
 @attrs.frozen
 class Profile(Shape):
-    """A column of a CSV file over another one: a shape that knows where it comes from. `Profile.read` makes it.
+    """A column of a CSV file over another one: a shape with its source. `Profile.read` makes it.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ class Profile(Shape):
         column : name of the column, without its unit.
         interpolation : ``"linear"`` or ``"constant"``.
         along : name of the column of x, ascending.
-        measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
-        over : with two axes what it varies over, see ``gr.shapes.Shape``.
+        measures : quantity of the column: ``"length"``, ``"speed"`` or ``"share"``.
+        over : with two axes the coordinate that it varies over, see ``gr.shapes.Shape``.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class Profile(Shape):
         points = np.asarray(x, dtype=float)
         if points.size and (points.min() < self.x[0] or points.max() > self.x[-1]):
             raise ValueError(f"{self.path}: column `{self.column}` covers {self.along} from {self.x[0]:.10g} to "
-                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is asked for: add "
+                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is needed: add "
                              "rows, or shorten `interval`")
         if self.interpolation == "linear":
             return np.interp(points, self.x, self.values)

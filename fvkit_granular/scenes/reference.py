@@ -55,7 +55,7 @@ class FunctionReference(Reference):
     detail : one sentence: which solution, how accurate.
     at : (x, t) -> {h, phi, vs, vf}; with two axes (x, y, t) -> {h, phi, vs_x, vs_y, vf_x, vf_y}.
     bottom : x, or x and y -> b, m, under a flow that gives ``surface`` for h.
-    sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
+    sensitivity : what ``path_sensitivity`` returns, computed when it is called.
     """
 
     at: Callable[..., Mapping[str, Any]] = validation.field(

@@ -64,7 +64,7 @@ def _interval(value: Any, name: str) -> Any:
 #: Plausible gravity, m/s^2: from that of small bodies to that of a centrifuge.
 WEAKEST, STRONGEST = 0.01, 500.0
 
-#: Cells on which a scene without a terrain looks at its slopes, by the number of axes.
+#: Cells on which the slopes of a scene without a terrain are computed, by the number of axes.
 DECIDING = {1: 400, 2: 100}
 
 
@@ -87,7 +87,7 @@ class Scene:
     g : gravity, m/s^2.
     gamma : density ratio fluid/solid in (0, 1).
     reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
-    name, description : for lists and reports; the description tells where the case comes from.
+    name, description : for lists and reports; the description gives the source of the case.
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
     slope : equations of a model that is given as a class: "mild", "steep", or "auto" for the steep ones where the flow may reach
         ground steeper than 10 degrees, and with `Curvature`.
@@ -332,7 +332,7 @@ class Scene:
         return np.broadcast_to(b, np.shape(places[0]))
 
     def known_reference(self) -> Reference | None:
-        """Return the reference, made now if the scene only knows how to make it; None if there is none."""
+        """Return the reference, computed now if the scene has a function for it; None if there is none."""
         if self.reference is None or isinstance(self.reference, Reference):
             return self.reference
         return self.reference(self)

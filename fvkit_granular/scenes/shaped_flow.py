@@ -58,9 +58,9 @@ class ShapedFlow:
         return flow if self.surface is not None and self.bottom is None else {"h": self.depth(*places)} | flow
 
     def depth(self, *places: np.ndarray) -> np.ndarray:
-        """Return the depth h at points x, or x and y, m; ValueError where only the scene knows the bottom."""
+        """Return the depth h at points x, or x and y, m; ValueError for a ``surface`` without a bottom."""
         if self.surface is None:
             return self.h(*places)
         if self.bottom is None:
-            raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth of its own: ask `Scene.flow`")
+            raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth: use `Scene.flow`")
         return np.maximum(self.surface(*places) - (self.bottom(*places) if callable(self.bottom) else self.bottom), 0.0)

@@ -1,4 +1,4 @@
-"""`Watch`: what a run of a scene records besides its outputs: gauges, cross-sections, front, hazard maps."""
+"""`Watch`: records of a run of a scene besides its outputs: gauges, cross-sections, front, hazard maps."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from fvkit_granular.observers.front import Front
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 
-#: Depth, m, from which on hazard maps with two axes count a flow as arrived, where a scene does not say.
+#: Default depth, m, from which on hazard maps with two axes count a flow as arrived.
 THRESHOLD = 0.1
 
 

@@ -168,7 +168,7 @@ class Drag(Source):
         Parameters
         ----------
         model, phi : as for `remaining`.
-        slip, change : vf - vs at the start, and what the drive alone adds to it, m/s.
+        slip, change : vf - vs at the start, and its change by the drive alone, m/s.
         time : K t, s.
         """
         whole = self.resisting(model, phi, slip + change, time)
@@ -306,7 +306,7 @@ class PitmanLeDrag(Drag):
     """Pitman-Le drag, D = g (1/gamma - 1) phi (1 - phi)^(1 - exponent) / v_T, exactly in a step.
 
     The force on the fluid is D h (vf - vs), per density of the fluid, as for every law here. Pitman and Le divide their
-    fluid equation, h vf in place of (1 - phi) h vf, by 1 - phi: there the same D stands as D/(1 - phi).
+    fluid equation, h vf in place of (1 - phi) h vf, by 1 - phi: there the same D appears as D/(1 - phi).
 
     Parameters
     ----------

@@ -135,7 +135,7 @@ def against_quadratic(v, change, static, a, dt):
         u' = u + (D - a dt u^2)/(r + a dt u),   r = sqrt(1 + a dt max(D, 0)):
 
     second order, exact for a = 0, for D = 0, where D = a dt u^2, and for dt -> infinity. Where u + D < 0 the motion stops, and
-    what is left of the step may push it back. Derived here.
+    the rest of the step may push it back. Derived here.
 
     Parameters
     ----------

@@ -92,7 +92,7 @@ class Rain(Source):
 
 @attrs.frozen
 class Drain(Source):
-    """Drain: mass leaves with its momentum at a rate, 1/s, where it stands: outlets and gaps in the terrain.
+    """Drain: mass leaves the cells with its momentum at a rate, 1/s: outlets and gaps in the terrain.
 
     Exact in a step, q' = q exp(-rate dt); a rate of 1e9 1/s empties a cell at once. What leaves counts as entered, negative:
     `fvkit.Stats`.

@@ -97,7 +97,7 @@ def _duration(seconds: float) -> str:
 def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
     """Return which model, scheme and grid a scene needs. Nothing is run.
 
-    The model is the cheapest whose predicted error, doubled, is below the tolerance; how the prediction is made stands in
+    The model is the cheapest whose predicted error, doubled, is below the tolerance; the formulas are in
     `fvkit_granular.studies.model_error_indicators`, how good it is in docs/model_choice.md. The number of cells is a rule of
     thumb: an error from the jumps and the curvature of the initial state, see `fvkit_granular.studies.grid_error_estimate`.
 

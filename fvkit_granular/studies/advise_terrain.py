@@ -1,7 +1,7 @@
-"""What a scene on a terrain needs, as far as its files say: phases, cell size, time. Errors of models were never validated there,
-so none is predicted.
+"""Advice for a scene on a terrain, as far as its files allow: phases, cell size, time, without predicted errors of
+models, which were not validated there.
 
-What is exact: where all that flows has one solid fraction, starts at rest and has no friction at the bed, the three models have
+Exact: where all that flows has one solid fraction, starts at rest and has no friction at the bed, the three models have
 the same solution, on any ground and with any drag. Where one of these fails the models differ, and by how much was validated
 along one axis on level ground alone.
 """
@@ -24,7 +24,7 @@ COST, SHARE = 2.5e-7, 0.5
 #: Said of a source that does not say itself, as ``separates``, why the three models differ where it acts, "" where they do not.
 UNKNOWN = "sources that are not known here"
 
-#: Cells that an advice looks at, as multiples of those of the terrain.
+#: Cell sizes that an advice considers, as multiples of that of the terrain.
 COARSER = (1, 2, 4)
 
 
@@ -53,7 +53,7 @@ class Effort:
 
 
 def effort(scene: Scene, problem: Problem) -> Effort:
-    """Return what a run of a scene on a terrain will take."""
+    """Return the expected cost of a run of a scene on a terrain."""
     model: Any = problem.model
     depth = model.depth(tuple(problem.q0[row] for row in problem.directions[0].rows))
     wet = depth > 0.0
@@ -74,7 +74,7 @@ def in_words(seconds: float) -> str:
 
 @attrs.frozen(eq=False)
 class TerrainAdvice:
-    """Advice for a scene on a terrain: what is known, and in plain words what is not.
+    """Advice for a scene on a terrain: phases, drag, slope, cells and cost, and the reasons why models differ.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class TerrainAdvice:
     grounds : for cells of 1, 2 and 4 times the length: {factor: (number of cells, how far averaging moves the ground, root mean
         square, m, expected time where the flow covers a tenth, s)}.
     thickness : largest depth at the start, m.
-    effort : what a run takes.
+    effort : expected cost of a run.
     """
 
     scene: str
@@ -133,7 +133,7 @@ class TerrainAdvice:
 
 
 def advise_on_terrain(scene: Scene) -> TerrainAdvice:
-    """Return what a scene on a terrain needs, as far as it is known; nothing is run. `gr.advise` calls it."""
+    """Return the advice for a scene on a terrain; nothing is run. `gr.advise` calls it."""
     terrain, x, y = scene.terrain, *np.meshgrid(*(axis.centers for axis in scene.terrain.grid.axes))
     flow = scene.flow(x, y)
     h = np.broadcast_to(flow["h"], x.shape)

@@ -53,8 +53,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     Returns
     -------
     fvkit.studies.Report
-        Errors of the cell averages: what a model makes of the reference flow, against what it computed. A run that
-        fails is a row with its status.
+        Errors of the cell averages: those of the reference flow, in the variables of a model, against the computed ones. A
+        failed run is a row with its status.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells
 def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
     """Return abs(computed - reference) of each observable at the end of a run, {name: array of cells}.
 
-    Where the reference or the run is all but dry, what is not a depth has no meaning and counts as 0.
+    Where the reference or the run is almost dry only depths are compared; other differences are 0.
 
     Parameters
     ----------

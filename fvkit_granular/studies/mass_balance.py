@@ -24,7 +24,7 @@ EDGES: dict[str, Any] = {"west": np.s_[:, 0], "east": np.s_[:, -1], "south": np.
 
 @attrs.frozen(eq=False)
 class MassBalance:
-    """Mass balance of a run with two axes: what there was, what came in and went out where, and what is left, m^3.
+    """Mass balance of a run with two axes: initial volume, inflow and outflow by place, and final volume, m^3.
 
     Parameters
     ----------

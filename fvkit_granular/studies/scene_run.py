@@ -180,7 +180,7 @@ class Scaled:
     factors: Mapping[str, float]
 
     def check(self, seen: Mapping[str, np.ndarray]) -> None:
-        """Raise ValueError for a factor on what is 0 in all cells; ``seen`` holds the observables of the start."""
+        """Raise ValueError for a factor on an observable that is 0 in all cells; ``seen`` are the observables of the start."""
         for name, factor in self.factors.items():
             if factor != 0.0 and name in seen and not np.any(seen[name]):
                 raise ValueError(f"`initial.{name}` is a factor on the initial {name} of the scene, which is 0 everywhere: it "

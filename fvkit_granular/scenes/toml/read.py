@@ -28,7 +28,7 @@ from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voell
 from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.terrain import Terrain
 
-#: How the name of a scene file ends, and what commands say about their argument.
+#: Extension of scene files, and the help of the argument SCENE.
 SUFFIX = ".toml"
 SCENE_HELP = "built-in scene (fvkit scenes lists them) or scene file (.toml)"
 

@@ -30,7 +30,7 @@ def scene_text(scene: Scene) -> str:
     Raises
     ------
     ValueError
-        For what no file can say: functions and parts of one's own.
+        For values that no file can contain: functions and user-defined parts.
     """
     instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     lines = [f"{key} = {_value(value)}" for key, value in (
