@@ -25,7 +25,18 @@ _OTHERS = {"fvkit", "numpy", *sys.stdlib_module_names}
 
 
 class PointwiseError(TypeError):
-    """A pointwise method breaks a rule; the message names method, file, line and rule."""
+    """A pointwise method breaks a rule; the message names method, file, line and rule.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> class Branching(fv.Burgers):
+    ...     def flux(self, q):
+    ...         return (q[0] if q[0] > 0.0 else 0.0,)
+    >>> fv.Problem(Branching(), fv.Grid(0.0, 1.0, 5), lambda x: [x], 1.0)  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    fvkit.pointwise.contract.PointwiseError: `flux` must not branch on values: use fv.where
+    """
 
 
 class Answer(NamedTuple):

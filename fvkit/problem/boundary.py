@@ -42,6 +42,17 @@ class BoundaryCondition(Part, ABC):
        that they look at; ``still = True`` says 0: what enters comes straight in. ``turned(direction)`` returns the condition as
        it is in sweeps along one axis. Both on grids with two axes alone.
     9. ``breaks()`` returns the times at which ``values`` has a kink or a jump: steps end there. None by default.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> class Still(fv.BoundaryCondition):
+    ...     def ghost(self, model, q, values):
+    ...         return (0.0 * q[0],)
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 20), np.ones((1, 20)), 2.0, boundary=(Still(), fv.Outflow()))
+    >>> bool(abs(fv.solve(problem, backend="numpy").q[-1]).max() < 1e-12)
+    True
     """
 
     questions = BOUNDARY
@@ -161,6 +172,15 @@ class Outflow(Continued):
 
     Ground that falls outwards continues to fall; ground that rises continues level, so that no river runs in from above.
     Keeps rest over any bottom; reflects a little when a shock leaves.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> ends = (fv.Inflow([2.0]), fv.Outflow())
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 20), lambda x: [0.0 * x], 3.0, boundary=ends)
+    >>> bool(abs(fv.solve(problem, backend="numpy").q[-1] - 2.0).max() < 1e-9)
+    True
     """
 
     def goes_on(self, values: np.ndarray, left: bool) -> float:
@@ -212,6 +232,16 @@ class Periodic(BoundaryCondition):
         number for a model with one aux function. They continue lower by it beyond the upper end, and higher beyond the lower one.
         None for functions that are periodic: a step at the seam that is much larger than those next to it then gives a
         warning, which 0.0 switches off.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> slope = dict(aux={"b": lambda x: -0.1 * x}, boundary=fv.Periodic(drop=2.0))
+    >>> problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 20.0, 40), lambda x: [0.0 * x + 1.0, 0.0 * x], 1.0, **slope)
+    >>> print(f"{fv.solve(problem, backend='numpy').observables()['v'].max():.6f} m/s after 1 s")
+    0.981000 m/s after 1 s
     """
 
     reads: ClassVar[str] = "opposite"
@@ -266,7 +296,16 @@ def _warn_of_cliff(name: str, values: np.ndarray, drop: float) -> None:
 
 @attrs.frozen
 class Wall(BoundaryCondition):
-    """A solid wall: the mirrored state with reversed momentum, over the mirrored bottom."""
+    """A solid wall: the mirrored state with reversed momentum, over the mirrored bottom.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> box = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 20), lambda x: [1.0 + x, 0.0 * x], 0.5, boundary=fv.Wall())
+    >>> abs(fv.solve(box, backend="numpy").stats.mass_drift["h"]) < 1e-14
+    True
+    """
 
     reads: ClassVar[str] = "mirror"
     closed: ClassVar[bool] = True
@@ -327,6 +366,16 @@ class Inflow(Given):
     The ghost cells have the state, over a bottom that continues. Standing water has its level there: its depth is that over the
     bottom of the first cell. Of a flow with a depth that is faster than its waves exactly h v enters, where it is constant; one
     that varies in time lets in too much onto dry, steep ground, per cents on coarse cells.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> ends = {"left": fv.Inflow(lambda t: [np.sin(t)]), "right": fv.Outflow()}
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 100), lambda x: [0.0 * x], 2.0, boundary=ends)
+    >>> found = fv.solve(problem, backend="numpy").q[-1, 0]
+    >>> bool(abs(found - np.sin(2.0 - problem.grid.centers)).max() < 1e-3)
+    True
     """
 
     state: Any = attrs.field(converter=_state)

@@ -41,7 +41,7 @@ class Limits(Part):
     seconds: float | None = validation.optional_number(above=0.0)
 
     def used_up(self, steps: int, seconds: float) -> bool:
-        """Whether so many steps, or so much wall time in seconds, reach a limit."""
+        """Whether a number of steps, or a wall time in seconds, reaches a limit."""
         return steps >= self.steps or seconds > (np.inf if self.seconds is None else self.seconds)
 
 

@@ -64,6 +64,16 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
         run ends with ``Status.ERROR`` instead. A checkpoint is written first.
     ValueError, TypeError
         For invalid input, regardless of ``throw``.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> wave = lambda x: [np.sin(2.0 * np.pi * x)]
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), wave, 1.0, boundary=fv.Periodic())
+    >>> solution = fv.solve(problem, fv.WavePropagation(fv.Roe()), times=[0.5, 1.0], backend="numpy")
+    >>> solution.t.tolist(), solution.success
+    ([0.0, 0.5, 1.0], True)
     """
     if checkpoint is not None and record is not None:
         raise ValueError("`checkpoint` and `record` cannot be combined, since a checkpoint contains the outputs so far: give one")

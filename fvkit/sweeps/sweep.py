@@ -31,19 +31,20 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
         `fvkit_granular.SceneRun` makes one of a scene.
     parameters : `Samples`, or {parameter: one value per member}.
     executor : any `concurrent.futures.Executor`: threads, ``Client(...).get_executor()`` of Dask (extra ``cluster``), that
-        of mpi4py.futures, joblib's loky; it is left open. Default: processes of our own, started afresh ("spawn").
-    workers : number of processes, default one per processor; 1 runs in this process. With an executor: how many members it
-        runs at once, if known; then members are sent by batches.
-    keep : what is kept of a solution: names as in `Keep`, or a function. Default: every observable at the end.
-    folder : where every finished member is kept at once; the same sweep with the same folder runs only those that are missing.
-    retries : how often a member is run again, alone, when the executor fails it: a worker that died, a lost connection.
+        of mpi4py.futures, joblib's loky; it is not closed. Default: new processes ("spawn").
+    workers : number of processes, default one per processor; 1 runs in this process. With an executor: the number of members
+        that it runs at once, if known; then members are sent in batches.
+    keep : outputs of a solution: names as in `Keep`, or a function. Default: every observable at the end.
+    folder : folder in which every finished member is stored at once; the same sweep with the same folder runs only the
+        missing ones.
+    retries : number of times that a member is run again, alone, after a failure of the executor, such as a dead worker.
     batch : members per task. Default: as many as take about 0.25 s.
-    progress : True shows progress on stderr; or a function that receives the share of members done, 0 to 1.
+    progress : True shows progress on stderr; or a function of the fraction of finished members, 0 to 1.
 
     Returns
     -------
     SweepResult
-        A member that fails is a row with its status and message: the sweep goes on.
+        A failed member is a row with its status and message; the sweep continues.
 
     Raises
     ------
@@ -58,6 +59,15 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
     Notes
     -----
     ``folder`` identifies the function by its name, not by its code: after a change of the code give another folder.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> def square(x):
+    ...     return {"y": x * x}
+    >>> result = fv.sweep(square, {"x": [1.0, 2.0, 3.0]}, workers=1)
+    >>> result.success, result.outputs["y"].tolist()
+    (True, [1.0, 4.0, 9.0])
     """
     folder = None if folder is None else validation.file(folder, "folder")
     samples = parameters if isinstance(parameters, Samples) else \

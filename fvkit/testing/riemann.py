@@ -15,7 +15,7 @@ COUNT = 200
 
 
 class RiemannConformance(OnModel):
-    """Checks of a Riemann solver on one model, by default without data of your own but random states.
+    """Conformance checks of a Riemann solver on one model, with random states.
 
     Attributes
     ----------

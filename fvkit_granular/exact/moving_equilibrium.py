@@ -165,6 +165,15 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
     passage through either. For vs = vf and uniform phi the flow is that of one phase, `exact.steady_flow`.
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.8); form in b derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> inflow = {"h": 1.0, "phi": 0.6, "vs": 0.3, "vf": 0.2}
+    >>> flow = gr.steady(lambda x: 0.2 * np.exp(-(x - 5.0) ** 2), inflow, interval=(0.0, 10.0), at=0.0)
+    >>> {name: round(float(value), 4) for name, value in flow.at(5.0).items()}
+    {'h': 0.7989, 'phi': 0.5956, 'vs': 0.3783, 'vf': 0.2476}
     """
     from fvkit_granular.exact.steady_curve import discharges
 

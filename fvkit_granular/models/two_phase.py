@@ -38,6 +38,16 @@ class TwoPhase(PressureCoupled):
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885. Roe averages: the velocity means of the paper with
     arithmetic depths, derived here to satisfy A^ dq = df + w^ exactly.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(h=1.0, phi=0.6, vs=1.0, vf=2.0)
+    >>> q.tolist()
+    [0.6, 0.6, 0.4, 0.8]
+    >>> [round(float(speed), 6) for speed in model.wave_speeds(tuple(q))]
+    [-2.132092, 5.132092]
     """
 
     cite: ClassVar[tuple[Work, ...]] = (PELANTI_2008,)

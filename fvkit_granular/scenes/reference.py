@@ -56,6 +56,14 @@ class FunctionReference(Reference):
     at : (x, t) -> {h, phi, vs, vf}; with two axes (x, y, t) -> {h, phi, vs_x, vs_y, vf_x, vf_y}.
     bottom : x, or x and y -> b, m, under a flow that gives ``surface`` for h.
     sensitivity : what ``path_sensitivity`` returns, computed when it is called.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> reference = gr.FunctionReference("exact", "rest", at=lambda x, t: {"h": 1.0 + 0.0 * x, "phi": 0.5, "vs": 0.0, "vf": 0.0})
+    >>> reference.kind
+    'exact'
     """
 
     at: Callable[..., Mapping[str, Any]] = validation.field(

@@ -27,6 +27,14 @@ class ShapedFlow:
     surface : level of the surface, m: the depth is max(surface - bottom, 0), levelled in each cell, see `Scene`.
     bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
     vs_x, vs_y, vf_x, vf_y : velocities with two axes, m/s, where ``vs`` and ``vf`` have no meaning.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> flow = gr.ShapedFlow(h=gr.shapes.Hump(centre=5.0, half_width=2.0, height=1.0), phi=0.6)
+    >>> flow(np.array([5.0, 9.0]))["h"].tolist()
+    [1.0, 0.0]
     """
 
     h: Any = validation.field(as_shape, None, optional=True)

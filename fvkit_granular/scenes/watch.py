@@ -62,6 +62,12 @@ class Watch:
     density, least : of `HazardMaps`; with one axis ``density`` has no effect and is refused.
     path : points (x, y) of a path line, see `RunOut` and `read_path`; two axes alone.
     observed : outline of what was observed, as `compare_outline` takes it, on a terrain: its score is in output and report.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> gr.Watch(gauges=(1.0, 2.0), threshold=0.05)
+    Watch(gauges=(1.0, 2.0), lines={}, threshold=0.05, density=2000.0, least=0.01, path=())
     """
 
     gauges: tuple[Any, ...] = attrs.field(default=(), converter=_places)

@@ -67,6 +67,19 @@ class Drag(Source):
 
     Everything else is shared: the step leaves the masses as they are, bit for bit, keeps the mixture momentum hs vs + gamma
     hf vf, moves nothing where a phase is absent, never lets the slip grow or change its sign, and takes any D and dt.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> class Linear(gr.Drag):
+    ...     def coefficient(self, model, phi, slip):
+    ...         return 20.0 * phi
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = Linear().step(model, tuple(q), (0.0,), 0.1)
+    >>> (mf / hf - ms / hs).round(6).tolist()
+    [0.049787]
     """
 
     between_phases: ClassVar[bool] = True
@@ -253,6 +266,16 @@ class ConstantDrag(Drag):
     D : drag coefficient, 1/s, >= 0 (already divided by the density of the fluid).
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.5c); closed form derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = gr.ConstantDrag(D=10.0).step(model, tuple(q), (0.0,), 0.1)
+    >>> (mf / hf - ms / hs).round(6).tolist(), (ms + 0.5 * mf).round(12).tolist()
+    ([0.049787], [0.25])
     """
 
     constant: ClassVar[bool] = True
@@ -284,6 +307,16 @@ class VelocityDrag(Drag):
     d1 : its growth with the slip, 1/m, >= 0. Both are already divided by the density of the fluid.
 
     Source: closed form derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = gr.VelocityDrag(d0=1.0, d1=2.0).step(model, tuple(q), (0.0,), 0.1)
+    >>> (mf / hf - ms / hs).round(6).tolist()
+    [0.487906]
     """
 
     d0: float = number(at_least=0.0, hint="drag coefficient in 1/s")
@@ -320,6 +353,16 @@ class PitmanLeDrag(Drag):
 
     Source: E. B. Pitman, L. Le, Phil. Trans. R. Soc. A 363 (2005) 1573-1601, as quoted by Pelanti, Bouchut, Mangeney,
     M2AN 42 (2008) 851-885; the reading of v_T and the closed form are derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = gr.PitmanLeDrag(v_T=1.0, exponent=3.0).step(model, tuple(q), (0.0,), 0.01)
+    >>> (mf / hf - ms / hs).round(6).tolist()
+    [0.555104]
     """
 
     v_T: float = number(above=0.0, hint="settling velocity in m/s")

@@ -115,6 +115,13 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
     ------
     ValueError
         If the scene is dry everywhere, or ``tol`` is out of range.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> advice = gr.advise(gr.scene("dam-break"), tol=1e-2)
+    >>> advice.model
+    'shallow-water'
     """
     scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     tol = validation.real(tol, "tol", above=0.0, below=1.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, WavePropagation, validation
 from fvkit.pointwise.part import public_name
-from fvkit.problem.directions import observables
+from fvkit.problem.directions import directions, observables
 from fvkit.schemes.riemann import default_riemann
 from fvkit.studies.compare import CELLS, SCHEMES, Comparison, Run, runs_of
 from fvkit.studies.fine_grid_reference import fine_grid_reference, fine_scheme
@@ -74,7 +74,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
         raise ValueError("`cells` must not be empty")
     kinds = [scene.model(model) for model in (models or (TwoPhase, Reduced, ShallowWater))]
     for kind in kinds:
-        scene.problem(kind, counts[0])  # gives the warnings, which other grids would repeat
+        directions(kind, scene.grid(counts[0]))
     if schemes is not None and (riemann is not None or limiter is not None):
         raise ValueError("`schemes` name their own Riemann solver and limiter: leave `riemann` and `limiter` out")
     runs = (_runs(scene, kinds, riemann, counts, limiter, order, cfl) if schemes is None
@@ -84,6 +84,8 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     known = scene.known_reference() if reference is None else reference
     if known is not None:
         validation.instance(known, "reference", Reference, "such as gr.FunctionReference('exact', 'a sentence', at=flow)")
+    for kind in kinds:
+        scene.problem(kind, counts[0])  # gives the warnings, which other grids would repeat
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
     problem_of = partial(_silently, scene, full)
     if known is None:

@@ -82,6 +82,13 @@ class SceneRun:
 
     Hyperbolicity that is lost makes no warning here: keep ``nonhyperbolic_faces`` to see it. A run that fails returns its
     partial solution, with its status.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> run = gr.SceneRun("dam-break", model=gr.ShallowWater, cells=50, backend="numpy")
+    >>> run(t_end=0.5).t.tolist()
+    [0.0, 0.5]
     """
 
     scene: str | Callable[..., Scene] = attrs.field(converter=_factory)

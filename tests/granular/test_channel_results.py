@@ -189,10 +189,11 @@ def test_the_folder_says_what_was_run_under_the_name_of_the_scene(place, capsys)
     assert (kept.configuration["scene"], type(kept.model)) == ("Mühlbach, 2 km", gr.Reduced)
 
 
+@pytest.mark.filterwarnings("ignore:SSPRK3 alternates")
 @pytest.mark.parametrize(("words", "folder"), [
     ((), "two-phase-relaxation"), (("--riemann", "roe"), "two-phase-roe"), (("--model", "shallow-water"), "shallow-water-relaxation"),
     (("--order", "1"), "two-phase-relaxation-order-1"), (("--limiter", "superbee"), "two-phase-relaxation-superbee"),
-    (("--reconstruction", "muscl", "--integrator", "ark4"), "two-phase-relaxation-muscl-ark4"),
+    (("--reconstruction", "muscl", "--integrator", "ssprk3"), "two-phase-relaxation-muscl-ssprk3"),
 ])
 def test_runs_with_another_model_or_solver_have_a_folder_of_their_own(words, folder, place, capsys):
     assert run("--checkpoint", "c.npz", *words) == 0

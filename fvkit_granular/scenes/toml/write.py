@@ -31,6 +31,12 @@ def scene_text(scene: Scene) -> str:
     ------
     ValueError
         For values that no file can contain: functions and user-defined parts.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> print(gr.scene_text(gr.scene("dam-break")).splitlines()[0])
+    name = "dam-break"
     """
     instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     lines = [f"{key} = {_value(value)}" for key, value in (
