@@ -8,7 +8,7 @@ from fvkit.backends.kernel import deepness
 from fvkit.backends.numpy_stages import Field, Runner, cut
 from fvkit.backends.plane_kernel import PlaneKernel
 from fvkit.backends.python_loop import Lost
-from fvkit.backends.sweeps import Report, Sweep
+from fvkit.backends.sweeps import FIRST, Report, Sweep
 from fvkit.pointwise import CHUNK
 from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
@@ -35,7 +35,7 @@ class NumpySweep(Sweep):
         return {"q": tuple(state[row] for row in self.rows), "aux": tuple(self.lines(aux)[:, :, lanes]),
                 "across": tuple(state[row] for row in self.direction.across)}
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
         n, halo, runner, masses = self.axis.num_cells, self.halo, self._runner, self.model.mass_rows()
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:
@@ -48,10 +48,6 @@ class NumpySweep(Sweep):
                 self._impose(given, fields, here)
 
             fields = runner.run(self._fields(q, aux, lanes), n, dt / self.axis.dx, set_ends)
-            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
-                target[row, :, lanes] = item
-            if squeezed is not None:
-                squeezed[:, lanes] = fields[MOVED][-1]
             speeds.append(np.maximum.reduce(fields[SPEED], None))
             if masses and not self.periodic:
                 low = runner.lows[MASS_FLUX]
@@ -59,6 +55,10 @@ class NumpySweep(Sweep):
             count, depths, where = self._lost_faces(fields["q"], fields["aux"], lanes)
             if count:
                 lost, first = lost.more(depths, count), where if first < 0 else first
+            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
+                target[row, :, lanes] = item  # what was read may stand in the same place
+            if squeezed is not None and place == FIRST:
+                squeezed[:, lanes] = fields[MOVED][-1]
         return Report(float(np.maximum.reduce(speeds)), flux, lost, first)
 
     def _impose(self, given: list[tuple[int, slice, Any]], fields: dict[str, Field], here: slice) -> None:
@@ -69,8 +69,9 @@ class NumpySweep(Sweep):
                 continue
             face = side * self.axis.num_cells - self._runner.lows[MASS_FLUX]
             for row, value in zip(fields[MASS_FLUX], through, strict=True):
-                row[face, low - here.start:high - here.start] = \
-                    value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+                passing = row[face, low - here.start:high - here.start]
+                given_flux = value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+                np.copyto(passing, given_flux, where=~np.isnan(given_flux))
 
     def _lost_faces(self, q: Field, aux: Field, lanes: slice) -> tuple[int, np.ndarray | None, int]:
         """Number of faces whose Roe mean has complex speeds, their depths, and the number of the cell behind the first."""

@@ -8,15 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from fvkit.backends.layout import padded_rows
 from fvkit.backends.march import March, step_length
 from fvkit.backends.plan import plan
 from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
-from fvkit.backends.sweeps import Sweep
+from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
+
+#: Numbers of lines and columns of cells in padded arrays.
+Places = tuple[np.ndarray, np.ndarray]
 
 
 class PlaneKernel(StepwiseKernel):
@@ -37,8 +41,7 @@ class PlaneKernel(StepwiseKernel):
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
-        self._places = [None if cells is None else self._padded_numbers(cells) for cells in places]
-        self._work = self.padded(problem.q0)
+        self._places = [None if cells is None else self._places_of(cells) for cells in places]
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             sweep.prepare(given, threads)
         self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)
@@ -55,7 +58,8 @@ class PlaneKernel(StepwiseKernel):
             self.inside(row[None])[0] = values
         for sweep in self.sweeps:
             sweep.fill_given(first, slice(0, own), of_the_model=True)
-        self.given = [first, first.copy() if squeeze else first]
+        self.given = [first, self.padded(self.inside(first)) if pulls else first]
+        self.given[1][:] = first
         if problem.fields:
             self.set_fields(problem.t_start)
 
@@ -66,6 +70,12 @@ class PlaneKernel(StepwiseKernel):
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             self.inside(given[here])[:] = rows
             sweep.fill_given(given, here, of_the_model=False)
+
+    def padded(self, q: np.ndarray) -> np.ndarray:
+        ny, nx = q.shape[1:]
+        result = padded_rows(len(q), (ny + 2 * self.halo, nx + 2 * self.halo), self.halo)
+        self.inside(result)[:] = q
+        return result
 
     @property
     def steady_boundary(self) -> bool:
@@ -87,21 +97,21 @@ class PlaneKernel(StepwiseKernel):
         return longest if march.steps % 2 else dt
 
     def trial(self, march: March, dt: float) -> Trial:
-        kept: list[tuple[Any, np.ndarray]] = []
+        kept: list[tuple[Places | None, np.ndarray]] = []
         try:
             return self._tried(march, dt, kept)
         finally:  # also after Ctrl-C: a run saves the accepted state
             for where, values in kept[::-1]:
                 self._put(march.now, where, values)
 
-    def _tried(self, march: March, dt: float, kept: list[tuple[Any, np.ndarray]]) -> Trial:
+    def _tried(self, march: March, dt: float, kept: list[tuple[Places | None, np.ndarray]]) -> Trial:
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
         splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
         first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
         brought = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
             self.set_fields(middle)
-        start, between = march.now, self._work
+        start = march.now
         if self.parts.beside and splitting.before > 0.0:
             if not self._few:
                 self.inside(march.next)[:] = self.inside(start)
@@ -116,18 +126,19 @@ class PlaneKernel(StepwiseKernel):
             self._look_across(start, middle, first)
         if self.parts.across:
             self._clear(self.given[first.number][-1])
-        one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
+        one = first.run(start, march.next, self.given[first.number], dt, FIRST, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
             # The step is too long, and its state may have negative masses: the second sweep must not see it.
             return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((4, brought.shape[1])), brought, Lost(), -1)
-        second.fill(between, middle)
+        second.fill(march.next, middle)
         if self.parts.across:
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
-        self._look_round(between, second)
+        self._look_round(march.next, second)
         later = list(zip(self.parts.beside, self._places, brought, strict=False))[::-1] if splitting.after > 0.0 else []
         few = second.settles and self._few
-        other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
+        other = second.run(march.next, march.next, self.given[second.number], dt, LAST if few else SECOND,
+                           self.given[first.number])
         acted = [where for source, where, gain in later if self._act(source, march.next, splitting.after * dt, gain, where)]
         good = not (few and other.bad)
         for where in acted if few else [None]:
@@ -164,22 +175,22 @@ class PlaneKernel(StepwiseKernel):
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
-    def _padded_numbers(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers of cells in padded arrays, from those in arrays of cells."""
+    def _places_of(self, cells: np.ndarray) -> Places:
+        """Return where cells stand in padded arrays, from their numbers in arrays of cells."""
         rows, columns = np.unravel_index(cells, self.problem.grid.shape)
-        return np.asarray((rows + self.halo) * (self.problem.grid.shape[1] + 2 * self.halo) + columns + self.halo)
+        return rows + self.halo, columns + self.halo
 
-    def _cells(self, padded: np.ndarray, where: np.ndarray | None) -> np.ndarray:
+    def _cells(self, padded: np.ndarray, where: Places | None) -> np.ndarray:
         """Return the values of cells, (rows, cells), a copy; a view of all of them, (rows, ny, nx), for None."""
-        return self.inside(padded) if where is None else padded.reshape(len(padded), -1).take(where, axis=1)
+        return self.inside(padded) if where is None else padded[:, *where]
 
-    def _put(self, padded: np.ndarray, where: np.ndarray | None, values: Any) -> None:
+    def _put(self, padded: np.ndarray, where: Places | None, values: Any) -> None:
         """Write the values of cells."""
-        target = self.inside(padded) if where is None else padded.reshape(len(padded), -1)
+        target = self.inside(padded) if where is None else padded
         for row, component in zip(target, values, strict=True):
             row[... if where is None else where] = component
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: np.ndarray | None) -> bool:
+    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: Places | None) -> bool:
         """Apply a source to its cells for dt, add the change of each mass to ``brought``; return whether anything changed."""
         inside, sweep = self._cells(q, where), self.sweeps[0]
         if where is not None and not source.wets and not inside.any():
@@ -198,7 +209,7 @@ class PlaneKernel(StepwiseKernel):
         self._put(q, where, [after[places.index(row)] for row in range(len(inside))])
         return True
 
-    def _settle(self, q: np.ndarray, where: np.ndarray | None) -> None:
+    def _settle(self, q: np.ndarray, where: Places | None) -> None:
         """Set the momenta of layers that are too thin to move to their limits."""
         if not self.problem.model.defines("settle"):
             return
@@ -209,7 +220,7 @@ class PlaneKernel(StepwiseKernel):
         if where is not None:
             self._put(q, where, inside)
 
-    def _good(self, padded: np.ndarray, where: np.ndarray | None) -> bool:
+    def _good(self, padded: np.ndarray, where: Places | None) -> bool:
         """Whether a state is finite, without negative masses, and admissible."""
         q = self._cells(padded, where)
         if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
