@@ -31,7 +31,7 @@ ROUNDING = 1e-12
 
 @attrs.frozen(eq=False)
 class MovingEquilibrium:
-    """A steady flow of two masses over a bottom, as `steady` finds it.
+    """Moving equilibrium: a steady flow of two masses over a bottom, the result of `steady`.
 
     Attributes
     ----------
@@ -140,10 +140,10 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
     ----------
     bottom : x (m,) -> height b (m,), m; continuous. Its derivative is not needed.
     inflow : h, m, phi in (0, 1), vs, vf, m/s (0 where missing).
-    interval : (lower, upper), m, where the profile is wanted.
+    interval : (lower, upper), m, of the profile.
     at : where the inflow holds, m, within the interval; default: its lower end.
     model : `TwoPhase` (default, gamma = 0.5) or `TwoLayer`.
-    transcritical : a flow that becomes critical at the highest point of the bottom and goes on behind it on the other
+    transcritical : a flow that becomes critical at the highest point of the bottom and continues behind it on the other
         branch. Such a flow has one datum less: discharges and phi of the inflow are kept, and its h adapted.
 
     Returns
@@ -160,9 +160,9 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
 
     Notes
     -----
-    A flow that is transcritical for the outer waves needs ``WavePropagation(..., entropy_fix=False)`` to be kept: the fix
-    takes it for a transonic rarefaction. Either side of a wave's critical point will do, for outer and inner waves, and so will a
-    passage through either. For vs = vf and uniform phi the flow is that of one phase, `exact.steady_flow`.
+    A flow that is transcritical for the outer waves is preserved with ``WavePropagation(..., entropy_fix=False)`` only, since
+    the fix acts on it as on a transonic rarefaction. Flows on either side of the critical point of a wave, outer or inner, exist,
+    and flows through it. For vs = vf and uniform phi the flow is that of one phase, `exact.steady_flow`.
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.8); form in b derived here.
 

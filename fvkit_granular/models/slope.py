@@ -1,4 +1,4 @@
-"""How steep the ground is, and what that costs: gravity of the mild-slope equations on a slope.
+"""Slope of the ground, and the error of gravity in the mild-slope equations on it.
 
 All models drive a layer by g b_x along x, depth measured upwards. Along a slope of angle theta a body is driven by
 g sin(theta), which is g sin(theta) cos(theta) = g b_x/(1 + b_x^2) along x: the equations are too strong by the factor
@@ -32,7 +32,7 @@ INSTANTS = 17
 
 
 class SteepSlopeWarning(UserWarning):
-    """The ground is steeper than the mild-slope equations are made for."""
+    """Warning: the ground is steeper than the range of the mild-slope equations, 15 degrees."""
 
 
 def steepest(b: Any, dx: Any, wet: Any) -> float:

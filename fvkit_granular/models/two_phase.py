@@ -28,7 +28,7 @@ class TwoPhase(PressureCoupled):
     g : gravity, m/s^2, positive.
     gamma : density ratio fluid/solid in (0, 1).
     dry : depth of a phase, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; smaller values let ever thinner films set the time step.
+        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; with smaller values ever thinner films limit the time step.
 
     Notes
     -----

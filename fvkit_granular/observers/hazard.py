@@ -28,11 +28,11 @@ class HazardMaps(Observer):
 
     Speed is that of the mass, (hs vs + gamma hf vf)/(hs + gamma hf) with two phases; with ``slope="steep"`` along the ground, its
     vertical part included, up to slopes of 60 degrees. Dynamic pressure is rho speed^2, with
-    rho = density (phi + gamma (1 - phi)) of what flows.
+    rho = density (phi + gamma (1 - phi)) of the mixture.
 
     Parameters
     ----------
-    threshold : depth, m, from which on the flow counts as arrived, and for which it lasts.
+    threshold : depth, m, above which the flow has arrived, for arrival and duration.
     density : of the solid, kg/m^3; of a model with one phase that of the flow.
     least : depth, m, below which speed and pressure are not recorded: films may be fast.
 

@@ -16,7 +16,7 @@ INTERPOLATIONS = ("linear", "constant")
 
 @attrs.frozen
 class Profile(Shape):
-    """A column of a CSV file over another one: a shape with its source. `Profile.read` makes it.
+    """Profile from a CSV file: one column over another, as a shape. `Profile.read` makes it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Profile(Shape):
     @classmethod
     def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length",
              over: Any = None) -> "Profile":
-        """Return the function that a CSV file holds.
+        """Return the profile of a CSV file.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class Profile(Shape):
         return cls(table.path, column, along, interpolation, x, values, over=over)
 
     def warn_of_units(self) -> None:
-        """Warn where the numbers of a bottom look like another unit than the header names."""
+        """Warn if the values of a bottom suggest another unit than that of the header."""
         length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
         looks = implausible(self.values, length)
         if looks == "steep":

@@ -1,4 +1,4 @@
-"""`Scene`: physics without numerics, and the reference that it is measured against."""
+"""`Scene`: the physical set-up of a flow, without numerics, and its reference solution."""
 
 import warnings
 from collections.abc import Callable, Mapping
@@ -70,7 +70,7 @@ DECIDING = {1: 400, 2: 100}
 
 @attrs.frozen(eq=False)
 class Scene:
-    """A flow to be computed, in physical terms, for any of the models, along a line or on a plane.
+    """Physical set-up of a flow, for any of the models, along a line or on a plane.
 
     Parameters
     ----------
@@ -78,24 +78,24 @@ class Scene:
     t_end : end time, s, positive.
     initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing. With two axes a function of x and y,
         each (my, mx) -> {h, phi, vs_x, vs_y, vf_x, vf_y}. ``surface``, the level in m, may
-        stand for h: h = max(surface - bottom, 0), in cells that are dry in part over their mean bottom, so that a lake is at rest
-        on every grid (a change of its volume by O(dx^2), at shores alone). Use it rather than max(level - b(x), 0).
+        replace h: h = max(surface - bottom, 0), in partly dry cells over their mean bottom, so that a lake is at rest on every
+        grid (its volume changes by O(dx^2), at shores only). Use it rather than max(level - b(x), 0).
     bottom : height b of the bottom, m: function of x, cell averages, or number; with two axes of x and y, or averages (ny, nx).
     boundary : one boundary condition, or (left, right); kept as the pair. With two axes one, (west, east, south, north), or a
         mapping of these names, as `fvkit.Problem` takes them; kept as the four.
     sources : a source or a sequence of them; kept as a tuple. Drag is left out for models with one velocity.
     g : gravity, m/s^2.
     gamma : density ratio fluid/solid in (0, 1).
-    reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
+    reference : `Reference`, or a function of the scene that returns one, called when it is needed; None if there is none.
     name, description : for lists and reports; the description gives the source of the case.
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
     slope : equations of a model that is given as a class: "mild", "steep", or "auto" for the steep ones where the flow may reach
         ground steeper than 10 degrees, and with `Curvature`.
-    terrain : `Terrain`, the ground, in place of ``interval`` and ``bottom``; it brings its own cells.
+    terrain : `Terrain`, the ground, in place of ``interval`` and ``bottom``; runs use its cells.
     release : `Release` on that terrain, in place of ``initial``.
-    phi : solid fraction of the release, in [0, 1], where it gives none.
-    gaps : what cells of the terrain without data are: "outlet", which takes what reaches it, or "wall".
-    watch : what ``fvkit run`` records at every step, `Watch`.
+    phi : solid fraction of a release without one, in [0, 1].
+    gaps : cells of the terrain without data: "outlet", through which the flow leaves, or "wall".
+    watch : records of ``fvkit run`` at every step, `Watch`.
 
     Examples
     --------
@@ -312,7 +312,7 @@ class Scene:
                              "like a height: fill the gap")
 
     def sampled(self, count: int) -> tuple[np.ndarray, ...]:
-        """Return about ``count`` points all over the scene, its ends among them: x, or x and y."""
+        """Return about ``count`` points of the scene, including its ends: x, or x and y."""
         each = count if len(self.axes) == 1 else round(count**0.5)
         return tuple(np.meshgrid(*(np.linspace(*ends, each) for ends in self.ends)))
 

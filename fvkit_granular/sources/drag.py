@@ -63,10 +63,10 @@ class Drag(Source):
        counts as 0 (drag never drives), D above 1e100 as 1e100.
     2. ``remaining(model, phi, slip, time)`` returns the share of the slip that is left after a time, in [0, 1]. The
        default serves every law, see there; override it where the law has a closed form.
-    3. ``constant = True`` says that D is the same for every phi and slip.
+    3. ``constant = True`` declares that D is the same for every phi and slip.
 
-    Everything else is shared: the step leaves the masses as they are, bit for bit, keeps the mixture momentum hs vs + gamma
-    hf vf, moves nothing where a phase is absent, never lets the slip grow or change its sign, and takes any D and dt.
+    The rest is common: the step does not change the masses, conserves the mixture momentum hs vs + gamma hf vf, acts only where
+    both phases are present, never increases the slip or changes its sign, and is stable for any D and dt.
 
     Examples
     --------
@@ -263,7 +263,7 @@ class ConstantDrag(Drag):
 
     Parameters
     ----------
-    D : drag coefficient, 1/s, >= 0 (already divided by the density of the fluid).
+    D : drag coefficient, 1/s, >= 0, per density of the fluid.
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.5c); closed form derived here.
 

@@ -1,4 +1,4 @@
-"""`advise`: which model, scheme and number of cells a scene needs, from its initial state alone."""
+"""`advise`: model, scheme and number of cells for a scene, from its initial state."""
 
 import warnings
 from typing import Any
@@ -30,7 +30,7 @@ UNEVEN, FAST, LIGHT, HEAVY = 0.5, 1.0, 0.2, 0.8
 
 @attrs.frozen
 class Advice:
-    """What a scene needs for a tolerance of the mean error of the depth over the mean depth.
+    """Advice for a scene and a tolerance: model, scheme, cells and run time, from `advise`.
 
     Attributes
     ----------
@@ -42,11 +42,11 @@ class Advice:
     cells : number of cells whose estimated error is ``tol``.
     grid_error : estimated error of that grid.
     seconds : expected run time, compiled, stepping only.
-    jumps : whether the flow holds jumps, from the start or before the end.
+    jumps : whether the flow has jumps, from the start or before the end.
     slope : steepest slope of the bottom that the flow may reach; above 15 degrees it is among the warnings.
-    warnings : why the advice may fail; empty on the ground on which it was validated.
-    valid : whether model errors are predicted: False for what the prediction was never validated for; then the full model is
-        named, and ``numbers.reduced`` and ``numbers.shallow`` mean nothing.
+    warnings : reasons why the advice may fail; empty within its validated range.
+    valid : whether model errors are predicted: False outside the validated range; then the model is the full one, and
+        ``numbers.reduced`` and ``numbers.shallow`` are meaningless.
     """
 
     scene: str
@@ -95,7 +95,7 @@ def _duration(seconds: float) -> str:
 
 
 def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
-    """Return which model, scheme and grid a scene needs. Nothing is run.
+    """Estimate which model, scheme and grid a scene needs, without running it.
 
     The model is the cheapest whose predicted error, doubled, is below the tolerance; the formulas are in
     `fvkit_granular.studies.model_error_indicators`, how good it is in docs/model_choice.md. The number of cells is a rule of

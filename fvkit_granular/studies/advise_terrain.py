@@ -80,9 +80,9 @@ class TerrainAdvice:
     ----------
     scene : its name.
     model : ``"shallow-water"`` where the three models have the same solution, else ``"two-phase"``.
-    same : whether they have.
+    same : whether the three models have the same solution.
     reasons : why they differ; empty where they do not.
-    phi : least and largest solid fraction of what flows.
+    phi : smallest and largest solid fraction of the flow.
     damping : K T, drag times the run time at the start, see `Indicators`; 0 without drag.
     slope : the steepest slope in reach and the equations that a run takes, as a sentence.
     cell : length of a side of the cells of the terrain, m.

@@ -29,7 +29,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
             cells: Sequence[int] | None = None, limiter: Any = None, order: int | Sequence[int] = 2,
             repeats: int = 3, reference: Reference | None = None, *, schemes: Sequence[Scheme] | None = None, cfl: float = 0.9,
             backend: str = "auto", seconds: float | None = None, progress: Callable[[str], None] | None = None) -> Report:
-    """Run a scene with every model, Riemann solver, limiter and order on every grid, and report error against time.
+    """Compare models, Riemann solvers, limiters and orders on one scene and several grids: error against run time.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     cells : numbers of cells, with two axes along x. Default: 100, 200, 400, 800, with two axes 25, 50, 100.
     limiter : one, or a list of them; default MC. (A tuple is one per wave family, as in `fvkit.WavePropagation`.)
     order : 1, 2, or a list of both.
-    repeats : every run is repeated this often, interleaved, after a warm-up; the report holds median and minimum.
+    repeats : number of repeats of each run, interleaved, after a warm-up; the report has median and minimum.
     reference : default: the scene's own, else the full model on 4 times the finest grid (self-converged): TwoPhase, or
         where that is not among the models the first of them with two phases. Its detail estimates its own error.
     schemes : `fvkit.WavePropagation` and `fvkit.MethodOfLines` with all their settings, in place of ``riemann``,
         ``limiter``, ``order`` and ``cfl``; each is run with every model that it serves.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
-    seconds : wall time that one run may take. Runs that would take longer, to judge by coarser ones, are left out,
-        others stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
+    seconds : wall time that one run may take. Runs expected to take longer, from coarser ones, are skipped,
+        others are stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
         axes 64 times.
     progress : function that receives a line of text before each run.
 

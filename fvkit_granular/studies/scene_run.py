@@ -55,7 +55,7 @@ def _cells(given: Any, name: str) -> Any:
 
 @attrs.frozen
 class SceneRun:
-    """A function of parameters that runs a scene: what `fvkit.sweep` and an optimiser call.
+    """Run of a scene as a function of parameters, for `fvkit.sweep` and optimisers.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class SceneRun:
 
     Notes
     -----
-    Parameters of the call, each left as it is where missing:
+    Parameters of the call, all optional:
 
     * arguments of the function that makes the scene, such as ``eps`` of perturbed-rest;
     * ``g``, ``gamma``, ``t_end``: of the scene;
@@ -80,8 +80,8 @@ class SceneRun:
     * ``scheme.cfl``, ``scheme.limiter``: fields of the scheme, parts by name;
     * ``cells``.
 
-    Hyperbolicity that is lost makes no warning here: keep ``nonhyperbolic_faces`` to see it. A run that fails returns its
-    partial solution, with its status.
+    Loss of hyperbolicity gives no warning here: keep ``nonhyperbolic_faces`` to detect it. A failed run returns its partial
+    solution, with its status.
 
     Examples
     --------

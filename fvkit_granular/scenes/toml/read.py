@@ -1,4 +1,4 @@
-"""Scenes from TOML files: data alone, nothing in a file is evaluated."""
+"""Scenes from TOML files: data only, nothing in a file is evaluated."""
 
 from collections.abc import Callable
 from functools import partial

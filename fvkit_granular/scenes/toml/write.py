@@ -1,4 +1,4 @@
-"""Scenes as TOML: what `load_scene` reads, to the bit."""
+"""Scenes as TOML text for `load_scene`, to the bit."""
 
 import re
 from collections.abc import Mapping
