@@ -22,8 +22,9 @@ class Curvature(Source):
 
     Notes
     -----
-    Curvature in friction alone is less accurate than none, so there is no such option. A block in a round valley (radius 60 m, 40 degrees,
-    Coulomb 0.25) reaches 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py). Energy: docs/validation/terrain.md.
+    Curvature in friction alone is less accurate than none, so there is no such option. A block in a round valley (radius 60 m,
+    40 degrees, Coulomb 0.25) reaches 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py).
+    Energy: docs/validation/terrain.md.
 
     Source: the motion of a point on a surface, classical; derived here for layers.
 
