@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit.files import csv_text, write_whole
 from fvkit.problem.grid import NAMES
-from fvkit.sweeps.member import FINISHED, Outcome
+from fvkit.sweeps.member import FINISHED, MemberResult
 from fvkit.sweeps.samples import Samples
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class SweepResult:
                 f"parameters {', '.join(self.samples.values)}; outputs {', '.join(self.outputs)}>")
 
     @classmethod
-    def of(cls, samples: Samples, outcomes: Sequence[Outcome], elapsed: float) -> "SweepResult":
+    def of(cls, samples: Samples, outcomes: Sequence[MemberResult], elapsed: float) -> "SweepResult":
         """Return the result of outcomes in the order of the members."""
         names = dict.fromkeys(name for outcome in outcomes for name in outcome.outputs)
         return cls(samples, {name: _stack([outcome.outputs.get(name) for outcome in outcomes]) for name in names},

@@ -10,12 +10,12 @@ from fvkit import validation
 from fvkit.output.solution import Solution
 from fvkit.run.interruption import keeping
 from fvkit.run.progress import checked, counter
-from fvkit.sweeps.folder import Store
-from fvkit.sweeps.member import STOPPED, Function, Outcome, Work
+from fvkit.sweeps.folder import ResultFolder
+from fvkit.sweeps.member import STOPPED, Function, MemberResult, MemberTask
 from fvkit.sweeps.outputs import Keep
 from fvkit.sweeps.result import SweepResult
 from fvkit.sweeps.samples import Samples
-from fvkit.sweeps.workers import Crew
+from fvkit.sweeps.workers import WorkerPool
 
 
 def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]], executor: Executor | None = None, *,
@@ -73,26 +73,26 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
     samples = parameters if isinstance(parameters, Samples) else \
         Samples.given(validation.mapping(parameters, "parameters", "{'gamma': [0.3, 0.5]}"))
     validation.function(function, "function", "of the parameters")
-    work = Work(function, keep if callable(keep) else Keep(() if keep is None else keep))
+    work = MemberTask(function, keep if callable(keep) else Keep(() if keep is None else keep))
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {validation.shown(executor)}; Dask's is "
                         "Client(...).get_executor()")
-    crew = Crew(work, executor, None if workers is None else validation.whole(workers, "workers", at_least=1),
+    pool = WorkerPool(work, executor, None if workers is None else validation.whole(workers, "workers", at_least=1),
                 None if batch is None else validation.whole(batch, "batch", at_least=1),
                 validation.whole(retries, "retries", at_least=0))
     started = perf_counter()
-    store = None if folder is None else Store.open(folder, work, samples)
-    known: dict[int, Outcome] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}
+    store = None if folder is None else ResultFolder.open(folder, work, samples)
+    known: dict[int, MemberResult] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}
     missing = [(member, samples[member]) for member in range(len(samples)) if member not in known]
 
     def result() -> SweepResult:
-        outcomes = [known.get(member) or Outcome(member, STOPPED, "the sweep was stopped before it ended", 0.0, {})
+        outcomes = [known.get(member) or MemberResult(member, STOPPED, "the sweep was stopped before it ended", 0.0, {})
                     for member in range(len(samples))]
         return SweepResult.of(samples, outcomes, perf_counter() - started)
 
-    with keeping(result), counter(checked(progress), len(samples), "members") as report, crew:
+    with keeping(result), counter(checked(progress), len(samples), "members") as report, pool:
         report(len(known))
-        for outcomes in crew.run(missing):
+        for outcomes in pool.run(missing):
             for outcome in outcomes:
                 known[outcome.member] = outcome
                 if store is not None:

@@ -57,7 +57,7 @@ def _compare(options: argparse.Namespace) -> int:
     asked = [f"{y}-over-{x}.{options.format}" for x, y in options.plot_axes]
     folder = usable_folder(common.results_folder(options, "compare", scene_label(options.scene)), "--out",
                            ("report.json", "report.csv", *always, *asked))
-    tell = common.teller()
+    tell = common.progress_line()
     report, stopped = done_so_far(partial(compare, chosen, options.models, cells=options.cells, repeats=options.repeats,
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:

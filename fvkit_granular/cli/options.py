@@ -159,7 +159,7 @@ def results_folder(options: argparse.Namespace, command: str, name: str) -> Path
     return options.out or Path(f"fvkit-{command}-{name}")
 
 
-def teller() -> Callable[[str], None] | None:
+def progress_line() -> Callable[[str], None] | None:
     """A function that shows one changing line on a terminal; None where stderr is none."""
     if not sys.stderr.isatty():
         return None

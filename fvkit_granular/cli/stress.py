@@ -9,7 +9,7 @@ from typing import Any
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import COUNT, named, teller
+from fvkit_granular.cli.options import COUNT, named, progress_line
 from fvkit_granular.scenes.toml.read import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.suite import stress
@@ -20,7 +20,7 @@ WRITTEN = ("stress.json", "stress.txt", "stress.png")
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    parser = add_command(commands, "stress", lambda options: _stress(options, teller()),
+    parser = add_command(commands, "stress", lambda options: _stress(options, progress_line()),
                          "run the hard test scenes with models, solvers, orders and backends, and check each run",
                          "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full")
     parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes or scene files (.toml; default: all hard scenes)")

@@ -21,7 +21,7 @@ from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, Parts, Scheme
 LANES, LENGTH = 16, 2 * TILE + SPARE
 
 
-class Seen(NamedTuple):
+class AxisProblem(NamedTuple):
     """The problem as the generator of a sweep uses it: the equations along the axis. Ghost cells are filled elsewhere."""
 
     model: Model
@@ -37,7 +37,7 @@ class SweepGenerator(Generator):
     def __init__(self, direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool],
                  prefix: str = "") -> None:
         self.direction, self.pitch, self.length = direction, LANES if direction.number else 1, LENGTH
-        super().__init__(Seen(direction.model), scheme, parts, plan, varies, prefix)  # type: ignore[arg-type]  # all that is used
+        super().__init__(AxisProblem(direction.model), scheme, parts, plan, varies, prefix)  # type: ignore[arg-type]  # all that is used
         self.given += len(direction.across)
         self.real_place, self.number_of_face = (f" and j % {LANES} < w", f"(min(c0 + j // {LANES}, n - 1)) * (q.shape[2] - "
                                                 f"{2 * plan.halo}) + line - {plan.halo} + j % {LANES}") if direction.number else \
