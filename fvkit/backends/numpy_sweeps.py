@@ -69,8 +69,9 @@ class NumpySweep(Sweep):
                 continue
             face = side * self.axis.num_cells - self._runner.lows[MASS_FLUX]
             for row, value in zip(fields[MASS_FLUX], through, strict=True):
-                row[face, low - here.start:high - here.start] = \
-                    value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+                passing = row[face, low - here.start:high - here.start]
+                given_flux = value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+                np.copyto(passing, given_flux, where=~np.isnan(given_flux))
 
     def _lost_faces(self, q: Field, aux: Field, lanes: slice) -> tuple[int, np.ndarray | None, int]:
         """Number of faces whose Roe mean has complex speeds, their depths, and the number of the cell behind the first."""

@@ -71,7 +71,7 @@ class Sweep(ABC):
         self.scheme = scheme
         self.problem, self.parts, self.number, self.halo = problem, parts, number, halo
         self.direction, self.axis = problem.directions[number], problem.grid.axes[number]
-        self.model = self.direction.model
+        self.model = parts.model  # in which ends see the gravity of steep ground
         self.rows = list(self.direction.rows)
         self.aside = list(self.direction.across + self.direction.still)
         self.plan = widened(plan(scheme.stages(parts)), halo)
@@ -99,7 +99,7 @@ class Sweep(ABC):
     def _quiet(self, section: Section, values: Any) -> bool:
         """Whether nothing comes in where nothing stands: of a state of zeros the ghost cells are zeros."""
         end, zeros = section.first, (np.zeros(1),) * len(self.rows)
-        if any(np.any(through) for through in imposed(end, self.model, values)):
+        if any(np.any(np.nan_to_num(through)) for through in imposed(end, self.model, values)):
             return False
         with np.errstate(all="ignore"):
             beyond = (*end.ghost(self.model, zeros, end.layer(values, np.ones(1))), *end.across(zeros[:len(self.aside)], 0.0))

@@ -77,8 +77,9 @@ class NumbaSweep(Sweep):
     def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
         self._gated[:], self._gates[:] = 0, 0.0
         for side, lanes, through in self.fluxes():
-            self._gated[side, lanes] = 1
-            self._gates[side][:, lanes] = np.array(through, dtype=float).reshape(len(through), -1)
+            passing = np.array(through, dtype=float).reshape(len(through), -1)
+            self._gated[side, lanes] = ~np.isnan(passing).any(axis=0)
+            self._gates[side][:, lanes] = np.nan_to_num(passing)
             self.blocks.touch(self.number, side, self._gates[side].any(axis=0))
         for row in self.direction.still if q is not out else ():
             out[row] = q[row]
