@@ -246,8 +246,8 @@ def _plain(name: str) -> Callable[..., Any]:
     return lambda graph, *values: graph.node(name, *values)
 
 
-_UNARY = ("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh",
-          "floor", "ceil", "sign", "isfinite", "isnan")
+_UNARY = ("sqrt", "cbrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh",
+          "tanh", "floor", "ceil", "sign", "isfinite", "isnan")
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: _plain(name) for name in _UNARY},
     **{name: _plain(name) for name in ("maximum", "minimum", "hypot", "arctan2")},
