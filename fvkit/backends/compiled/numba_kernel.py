@@ -25,7 +25,7 @@ from fvkit.backends.runge_kutta import STATE, TRANSPORT, Program, program
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
-#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` says what is contracted.
+#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` decides what is contracted.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 #: Seconds after which a compilation is announced.
@@ -129,7 +129,7 @@ class NumbaKernel(Kernel):
         return Outcome.PAUSED
 
     def _step(self, march: March, target: float) -> Outcome:
-        """One accepted step; boundaries and fields of sources are asked again for each length that is tried."""
+        """One accepted step; boundaries and fields of sources are evaluated again for each length that is tried."""
         outcome = Outcome.NO_STEP
         for _ in range(march.retries):
             dt, _ = step_length(march.t, march.dt, target)
@@ -141,7 +141,7 @@ class NumbaKernel(Kernel):
         return outcome
 
     def times(self, t: float, dt: float) -> list[float]:
-        """When the boundaries are asked in a step of length dt from t."""
+        """Times at which boundary values are evaluated in a step of length dt from t."""
         return [t + 0.5 * dt]
 
     def registers(self) -> tuple[Any, ...]:
