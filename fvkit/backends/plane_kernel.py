@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from fvkit.backends.march import March, step_length
+from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
-from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial
 from fvkit.backends.sweeps import Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
+from fvkit.problem.sources import brought
 from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
 
@@ -34,6 +36,7 @@ class PlaneKernel(StepwiseKernel):
             raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}: "
                              "what varies along one axis alone is a problem on fv.Grid(lower, upper, num_cells)")
         self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
+        self._sees = [(sweep.model, sweep.rows) for sweep in self.sweeps]
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
@@ -96,53 +99,76 @@ class PlaneKernel(StepwiseKernel):
 
     def _tried(self, march: March, dt: float, kept: list[tuple[Any, np.ndarray]]) -> Trial:
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
-        splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
-        first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
-        brought = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
+        splitting, pair = self.scheme.splitting, self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
+        gained = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
-            self.set_fields(middle)
-        start, between = march.now, self._work
-        if self.parts.beside and splitting.before > 0.0:
-            if not self._few:
-                self.inside(march.next)[:] = self.inside(start)
-                start = march.next
-            for source, where, gain in zip(self.parts.beside, self._places, brought, strict=False):
-                if self._few:
-                    kept.append((where, self._cells(start, where)))
-                self._act(source, start, splitting.before * dt, gain, where)
-        first.fill(start, middle)
+            self.set_fields(march.t + 0.5 * dt)
+        start = self._acted_before(march, splitting.before * dt, gained, kept)
+        reports = self._swept(start, march.next, march.t + 0.5 * dt, dt, pair)
+        scales = [self.dx / sweep.axis.dx for sweep in pair]
+        speed = max(report.speed * scale for report, scale in zip(reports, scales, strict=False))
+        if len(reports) == 1:
+            return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, Lost(), -1)
+        if not isfinite(sum(report.speed for report in reports)):
+            speed = float("nan")
+        good = self._acted_after(march.next, splitting.after * dt, gained, pair[1].settles and self._few, reports[1].bad)
+        flux = [report.flux * (self.volume / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True)]
+        (faces, films, deep), lost_cell = zip(*(report.lost for report in reports), strict=True), max(
+            report.lost_cell for report in reports)
+        return Trial(speed, good, np.concatenate(flux if pair[0].number == 0 else flux[::-1]), gained,
+                     Lost(sum(faces), sum(films), max(deep)), lost_cell)
+
+    def _acted_before(self, march: March, dt: float, gained: np.ndarray, kept: list[tuple[Any, np.ndarray]]) -> np.ndarray:
+        """Return the state after a time dt of the sources before the transport."""
+        if not (self.parts.beside and dt > 0.0):
+            return march.now
+        if not self._few:
+            self.inside(march.next)[:] = self.inside(march.now)
+        start = march.now if self._few else march.next
+        for source, where, gain in zip(self.parts.beside, self._places, gained, strict=False):
+            if self._few:
+                kept.append((where, self._cells(start, where)))
+            self._act(source, start, dt, gain, where)
+        return start
+
+    def _swept(self, start: np.ndarray, out: np.ndarray, t: float, dt: float, pair: list[Sweep]) -> list[Report]:
+        """Write into ``out`` the state after both sweeps, with boundaries of time t; return what they report.
+
+        After a sweep for which the step is too long, whose state may have negative masses, there is no second one.
+        """
+        (first, second), between = pair, self._work
+        first.fill(start, t)
         self._look_round(start)
         if self.joint:
-            self._look_across(start, middle, first)
+            self._look_across(start, t, first)
         if self.parts.across:
             self._clear(self.given[first.number][-1])
         one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
-            # The step is too long, and its state may have negative masses: the second sweep must not see it.
-            return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((4, brought.shape[1])), brought, Lost(), -1)
-        second.fill(between, middle)
+            return [one]
+        second.fill(between, t)
         if self.parts.across:
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
         self._look_round(between, second)
-        later = list(zip(self.parts.beside, self._places, brought, strict=False))[::-1] if splitting.after > 0.0 else []
-        few = second.settles and self._few
-        other = second.run(between, march.next, self.given[second.number], dt, few, self.given[first.number])
-        acted = [where for source, where, gain in later if self._act(source, march.next, splitting.after * dt, gain, where)]
-        good = not (few and other.bad)
-        for where in acted if few else [None]:
-            self._settle(march.next, where)
-            good = good and self._good(march.next, where)
-        scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
-        widths = [self.volume / sweep.axis.dx for sweep in (first, second)]
-        speed = max(one.speed * scales[0], other.speed * scales[1])
-        if not isfinite(one.speed + other.speed):
-            speed = float("nan")
-        through = [one.flux * widths[0], other.flux * widths[1]]
-        flux = np.concatenate(through if first.number == 0 else through[::-1])
-        lost = Lost(one.lost.faces + other.lost.faces, one.lost.films + other.lost.films,
-                    max(one.lost.deepest, other.lost.deepest))
-        return Trial(speed, good, flux, brought, lost, max(one.lost_cell, other.lost_cell))
+        settles = second.settles and self._few
+        return [one, second.run(between, out, self.given[second.number], dt, settles, self.given[first.number])]
+
+    def _acted_after(self, q: np.ndarray, dt: float, gained: np.ndarray, settled: bool, bad: bool) -> bool:
+        """Let the sources after the transport act on q for dt, and settle it; return whether it may be accepted.
+
+        A state that the last sweep has ``settled`` is looked at only where sources have acted since.
+        """
+        later = list(zip(self.parts.beside, self._places, gained, strict=False))[::-1] if dt > 0.0 else []
+        acted = [where for source, where, gain in later if self._act(source, q, dt, gain, where)]
+        good = not (settled and bad)
+        for where in acted if settled else [None]:
+            cells = self._cells(q, where)
+            settle(cells, self._sees)
+            if where is not None and self.problem.model.defines("settle"):
+                self._put(q, where, cells)
+            good = good and accepted(cells, self.mass_rows, self._sees)
+        return good
 
     def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         """Find where something stands, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the rest."""
@@ -179,8 +205,8 @@ class PlaneKernel(StepwiseKernel):
         for row, component in zip(target, values, strict=True):
             row[... if where is None else where] = component
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: np.ndarray | None) -> bool:
-        """Let a source act on its cells for dt, add what it makes of each mass to ``brought``; tell whether it did anything."""
+    def _act(self, source: Any, q: np.ndarray, dt: float, gained: np.ndarray, where: np.ndarray | None) -> bool:
+        """Let a source act on its cells for dt, add what it makes of each mass to ``gained``; tell whether it did anything."""
         inside, sweep = self._cells(q, where), self.sweeps[0]
         if where is not None and not source.wets and not inside.any():
             return False
@@ -192,27 +218,7 @@ class PlaneKernel(StepwiseKernel):
             after = stepped(source, sweep.model, before, lambda state: source.step(self.parts.model, state, aux, dt))
         else:
             after = source.step(self.parts.model, before, aux, dt)
-        for k, row in enumerate(map(places.index, self.mass_rows)):
-            if after[row] is not before[row]:
-                brought[k] += np.add.reduce(after[row] - before[row], axis=None)
+        for k, gain in brought(list(map(places.index, self.mass_rows)), before, after):
+            gained[k] += np.add.reduce(gain, axis=None)
         self._put(q, where, [after[places.index(row)] for row in range(len(inside))])
         return True
-
-    def _settle(self, q: np.ndarray, where: np.ndarray | None) -> None:
-        """Let what is too thin to move lose its momenta."""
-        if not self.problem.model.defines("settle"):
-            return
-        inside = self._cells(q, where)
-        for sweep in self.sweeps:
-            for row, component in zip(sweep.rows, sweep.model.settle(tuple(inside[row] for row in sweep.rows)), strict=True):
-                inside[row] = component
-        if where is not None:
-            self._put(q, where, inside)
-
-    def _good(self, padded: np.ndarray, where: np.ndarray | None) -> bool:
-        """Whether a state is finite, without negative masses, and admissible."""
-        q = self._cells(padded, where)
-        if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
-            return False
-        return all(bool(np.all(sweep.model.admissible(tuple(q[row] for row in sweep.rows))))
-                   for sweep in self.sweeps if sweep.model.defines("admissible"))

@@ -25,6 +25,24 @@ class Lost(NamedTuple):
         return Lost(self.faces + count, self.films + films, max(self.deepest, int(np.max(depths, initial=0.0))))
 
 
+class Report(NamedTuple):
+    """What a sweep reports.
+
+    Attributes
+    ----------
+    speed : largest speed at any face, NaN if any is.
+    flux : (2, masses) mass fluxes through both ends, or sides, summed over the cells along them.
+    bad : whether a state of the last sweep of a step may not be accepted, where the sweep `settles`.
+    lost, lost_cell : faces that lost hyperbolicity, and the first of them, or with two axes the number of the cell behind it.
+    """
+
+    speed: float
+    flux: np.ndarray
+    lost: Lost = Lost()
+    lost_cell: int = -1
+    bad: bool = False
+
+
 class Trial(NamedTuple):
     """What a trial step reports.
 

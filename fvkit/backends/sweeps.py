@@ -10,30 +10,12 @@ import numpy as np
 
 from fvkit.backends.kernel import as_slice, ghosts_and_seen, imposed
 from fvkit.backends.plan import Plan, plan
-from fvkit.backends.python_loop import Lost
+from fvkit.backends.python_loop import Report
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
 from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
-
-
-class Report(NamedTuple):
-    """What a sweep reports.
-
-    Attributes
-    ----------
-    speed : largest speed at any face, NaN if any is.
-    flux : (2, masses) mass fluxes through both sides, summed over the cells along them.
-    bad : whether a state of the last sweep of a step may not be accepted, where the sweep `settles`.
-    lost, lost_cell : faces that lost hyperbolicity, and the number of the cell behind the first of them.
-    """
-
-    speed: float
-    flux: np.ndarray
-    lost: Lost = Lost()
-    lost_cell: int = -1
-    bad: bool = False
 
 
 class Border(NamedTuple):

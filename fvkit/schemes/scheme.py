@@ -12,6 +12,7 @@ from fvkit.problem.sources import Source
 from fvkit.schemes.background import deviation
 from fvkit.schemes.integrators import Integrator
 from fvkit.schemes.limiters import Limiter
+from fvkit.schemes.program import ONE_SWEEP, Program, program
 from fvkit.schemes.reconstruction import Reconstruction
 from fvkit.schemes.riemann import RiemannSolver
 from fvkit.schemes.splitting import Splitting
@@ -129,7 +130,7 @@ class Scheme(ABC):
     3. ``cfl`` is the target Courant number; a step above ``cfl_max`` is rejected and repeated.
     4. ``splitting`` is the splitting of transport and sources.
     5. ``time_integrator``, if not None, evaluates the stages several times per step; ``net`` is then minus dx times the rate
-       dq/dt. ``source_stages(parts)`` are the stages of implicit sources.
+       dq/dt. ``source_stages(parts)`` are the stages of implicit sources. ``program`` lists the sweeps of a step.
 
     Attributes
     ----------
@@ -151,6 +152,11 @@ class Scheme(ABC):
     def time_integrator(self) -> Integrator | None:
         """Time integrator of a semi-discrete scheme; None for a fully discrete scheme."""
         return None
+
+    @property
+    def program(self) -> Program:
+        """The sweeps of a step: one, or those of the time integrator."""
+        return ONE_SWEEP if self.time_integrator is None else program(self.time_integrator)
 
     @property
     def wants_cross(self) -> bool:

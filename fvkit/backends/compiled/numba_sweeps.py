@@ -13,8 +13,8 @@ from fvkit.backends.compiled.loops import aligned
 from fvkit.backends.compiled.numba_kernel import module_of
 from fvkit.backends.compiled.sweep_tiles import DRIVER, LANES, LENGTH, generate_sweep, signatures
 from fvkit.backends.plane_kernel import PlaneKernel
-from fvkit.backends.python_loop import Lost
-from fvkit.backends.sweeps import Report, Sweep
+from fvkit.backends.python_loop import Lost, Report
+from fvkit.backends.sweeps import Sweep
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 

@@ -45,15 +45,17 @@ class ThreadedKernel(StepwiseKernel):
         kernel, splitting = self._kernel, self.scheme.splitting
         if not self.steady_fields:
             self.set_fields(march.t + 0.5 * dt)
+        before = splitting.before * dt
         values = kernel.boundary_values(*kernel.times(march.t, dt))
-        kernel.loop.fill(kernel.at, march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
-        common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
-                  splitting.after * dt, kernel.parameters, values)
-        work = [self._pool.submit(partial(kernel.loop.tiles, kernel.at, begin, end, *common, *scratch))
+        kernel.loop.fill(kernel.at, march.now, self.aux, self.cells, before, kernel.parameters, values[0])
+        common = (True, march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, dt, before,
+                  splitting.after * dt, self.scheme.cfl_max, kernel.parameters, values, kernel.registers, kernel.sweeps,
+                  kernel.weights, self.scheme.program.last)
+        work = [self._pool.submit(partial(kernel.loop.step, kernel.at, begin, end, *common, *scratch))
                 for begin, end, scratch in self._shares]
         reports = [item.result() for item in work]
         speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)
-        found = [scratch.found for _, _, scratch in self._shares]
+        found = [scratch.found[0] for _, _, scratch in self._shares]
         firsts = [int(item[1]) for item in found if item[1] >= 0]
         fluxes = [scratch.fluxes for _, _, scratch in self._shares]
         brought = np.add.reduce([flux[2] for flux in fluxes])
