@@ -63,9 +63,9 @@ class March:
     films = _Number("count", 5, int)
     deepest = _Number("count", 6, int)
 
-    def __init__(self, q: np.ndarray, t: float, dt: float, masses: tuple[int, int], stop_when_lost: bool = False,
-                 bounds: tuple[float, float] = (0.0, np.inf)) -> None:
-        self._buffers = (q, q.copy())
+    def __init__(self, buffers: tuple[np.ndarray, np.ndarray], t: float, dt: float, masses: tuple[int, int],
+                 stop_when_lost: bool = False, bounds: tuple[float, float] = (0.0, np.inf)) -> None:
+        self._buffers = buffers
         self.books = np.array([t, dt, 0.0, np.nan]), np.array([0, 0, 0, -1, 0, 0, 0]), np.zeros(masses)
         self.stop_when_lost, self.bounds = stop_when_lost, bounds
 

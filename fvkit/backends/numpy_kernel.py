@@ -149,7 +149,8 @@ class NumpyKernel(StepwiseKernel):
         for end, values, met, face in zip(self.problem.ends, self._given_values, here, (0, n), strict=True):
             if met and MASS_FLUX in fields:
                 for row, flux in zip(fields[MASS_FLUX], imposed(end, self.problem.model, values), strict=False):
-                    row[face - self._runner.lows[MASS_FLUX]] = flux
+                    if flux == flux:
+                        row[face - self._runner.lows[MASS_FLUX]] = flux
 
     def _extend(self, q: np.ndarray) -> None:
         """Let the ghost cells of open ends have the state of the last cell: no end could give that of a stage."""

@@ -7,7 +7,7 @@ import numpy as np
 from fvkit.backends.numpy_stages import Field, Runner, cut, lost_faces
 from fvkit.backends.plane_kernel import PlaneKernel
 from fvkit.backends.python_loop import Lost, Report
-from fvkit.backends.sweeps import Sweep
+from fvkit.backends.sweeps import FIRST, Sweep
 from fvkit.pointwise import CHUNK
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, SPEED, Parts, Scheme
@@ -33,7 +33,7 @@ class NumpySweep(Sweep):
         return {"q": tuple(state[row] for row in self.rows), "aux": tuple(self.lines(aux)[:, :, lanes]),
                 "across": tuple(state[row] for row in self.direction.across)}
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
         n, halo, runner, masses = self.axis.num_cells, self.halo, self._runner, self.model.mass_rows()
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:
@@ -46,10 +46,6 @@ class NumpySweep(Sweep):
                 self._impose(given, fields, here)
 
             fields = runner.run(self._fields(q, aux, lanes), n, dt / self.axis.dx, set_ends)
-            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
-                target[row, :, lanes] = item
-            if squeezed is not None:
-                squeezed[:, lanes] = fields[MOVED][-1]
             speeds.append(np.maximum.reduce(fields[SPEED], None))
             if masses and not self.periodic:
                 low = runner.lows[MASS_FLUX]
@@ -61,6 +57,10 @@ class NumpySweep(Sweep):
                 cell = (line, along) if self.number == 0 else (along, line)
                 first = int(np.ravel_multi_index(cell, self.problem.grid.shape)) if first < 0 else first
                 lost = lost.more(depths, len(places[0]))
+            for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
+                target[row, :, lanes] = item  # what was read may stand in the same place
+            if squeezed is not None and place == FIRST:
+                squeezed[:, lanes] = fields[MOVED][-1]
         return Report(float(np.maximum.reduce(speeds)), flux, lost, first)
 
     def _impose(self, given: list[tuple[int, slice, Any]], fields: dict[str, Field], here: slice) -> None:
@@ -71,8 +71,9 @@ class NumpySweep(Sweep):
                 continue
             face = side * self.axis.num_cells - self._runner.lows[MASS_FLUX]
             for row, value in zip(fields[MASS_FLUX], through, strict=True):
-                row[face, low - here.start:high - here.start] = \
-                    value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+                passing = row[face, low - here.start:high - here.start]
+                given_flux = value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
+                np.copyto(passing, given_flux, where=~np.isnan(given_flux))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
         n, halo = self.axis.num_cells, self.halo

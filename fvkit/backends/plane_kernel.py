@@ -8,17 +8,24 @@ from typing import Any
 
 import numpy as np
 
+from fvkit.backends.layout import padded_rows
 from fvkit.backends.march import March, step_length
 from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
 from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial
-from fvkit.backends.sweeps import Sweep
+from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.problem.sources import brought
 from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
+
+#: Numbers of lines and columns of cells in padded arrays.
+Places = tuple[np.ndarray, np.ndarray]
+
+#: Places, None for all cells, and what stood there.
+Kept = list[tuple[Places | None, np.ndarray]]
 
 
 class PlaneKernel(StepwiseKernel):
@@ -40,8 +47,7 @@ class PlaneKernel(StepwiseKernel):
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
-        self._places = [None if cells is None else self._padded_numbers(cells) for cells in places]
-        self._work = self.padded(problem.q0)
+        self._places = [None if cells is None else self._places_of(cells) for cells in places]
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             sweep.prepare(given, threads)
         self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)
@@ -58,7 +64,8 @@ class PlaneKernel(StepwiseKernel):
             self.inside(row[None])[0] = values
         for sweep in self.sweeps:
             sweep.fill_given(first, slice(0, own), of_the_model=True)
-        self.given = [first, first.copy() if squeeze else first]
+        self.given = [first, self.padded(self.inside(first)) if pulls else first]
+        self.given[1][:] = first
         if problem.fields:
             self.set_fields(problem.t_start)
 
@@ -69,6 +76,12 @@ class PlaneKernel(StepwiseKernel):
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             self.inside(given[here])[:] = rows
             sweep.fill_given(given, here, of_the_model=False)
+
+    def padded(self, q: np.ndarray) -> np.ndarray:
+        ny, nx = q.shape[1:]
+        result = padded_rows(len(q), (ny + 2 * self.halo, nx + 2 * self.halo), self.halo)
+        self.inside(result)[:] = q
+        return result
 
     @property
     def steady_boundary(self) -> bool:
@@ -90,14 +103,14 @@ class PlaneKernel(StepwiseKernel):
         return longest if march.steps % 2 else dt
 
     def trial(self, march: March, dt: float) -> Trial:
-        kept: list[tuple[Any, np.ndarray]] = []
+        kept: Kept = []
         try:
             return self._tried(march, dt, kept)
         finally:  # also where Ctrl-C ends it: the accepted state is what a run saves
             for where, values in kept[::-1]:
                 self._put(march.now, where, values)
 
-    def _tried(self, march: March, dt: float, kept: list[tuple[Any, np.ndarray]]) -> Trial:
+    def _tried(self, march: March, dt: float, kept: Kept) -> Trial:
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
         splitting, pair = self.scheme.splitting, self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
         gained = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
@@ -105,20 +118,19 @@ class PlaneKernel(StepwiseKernel):
             self.set_fields(march.t + 0.5 * dt)
         start = self._acted_before(march, splitting.before * dt, gained, kept)
         reports = self._swept(start, march.next, march.t + 0.5 * dt, dt, pair)
-        scales = [self.dx / sweep.axis.dx for sweep in pair]
-        speed = max(report.speed * scale for report, scale in zip(reports, scales, strict=False))
         if len(reports) == 1:
+            speed = reports[0].speed * self.dx / pair[0].axis.dx
             return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, Lost(), -1)
+        speed = max(report.speed * (self.dx / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True))
         if not isfinite(sum(report.speed for report in reports)):
             speed = float("nan")
         good = self._acted_after(march.next, splitting.after * dt, gained, pair[1].settles and self._few, reports[1].bad)
         flux = [report.flux * (self.volume / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True)]
-        (faces, films, deep), lost_cell = zip(*(report.lost for report in reports), strict=True), max(
-            report.lost_cell for report in reports)
+        faces, films, deepest = zip(*(report.lost for report in reports), strict=True)
         return Trial(speed, good, np.concatenate(flux if pair[0].number == 0 else flux[::-1]), gained,
-                     Lost(sum(faces), sum(films), max(deep)), lost_cell)
+                     Lost(sum(faces), sum(films), max(deepest)), max(report.lost_cell for report in reports))
 
-    def _acted_before(self, march: March, dt: float, gained: np.ndarray, kept: list[tuple[Any, np.ndarray]]) -> np.ndarray:
+    def _acted_before(self, march: March, dt: float, gained: np.ndarray, kept: Kept) -> np.ndarray:
         """Return the state after a time dt of the sources before the transport."""
         if not (self.parts.beside and dt > 0.0):
             return march.now
@@ -136,23 +148,23 @@ class PlaneKernel(StepwiseKernel):
 
         After a sweep for which the step is too long, whose state may have negative masses, there is no second one.
         """
-        (first, second), between = pair, self._work
+        first, second = pair
         first.fill(start, t)
         self._look_round(start)
         if self.joint:
             self._look_across(start, t, first)
         if self.parts.across:
             self._clear(self.given[first.number][-1])
-        one = first.run(start, between, self.given[first.number], dt, False, self.given[second.number])
+        one = first.run(start, out, self.given[first.number], dt, FIRST, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
             return [one]
-        second.fill(between, t)
+        second.fill(out, t)
         if self.parts.across:
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
-        self._look_round(between, second)
-        settles = second.settles and self._few
-        return [one, second.run(between, out, self.given[second.number], dt, settles, self.given[first.number])]
+        self._look_round(out, second)
+        place = LAST if second.settles and self._few else SECOND
+        return [one, second.run(out, out, self.given[second.number], dt, place, self.given[first.number])]
 
     def _acted_after(self, q: np.ndarray, dt: float, gained: np.ndarray, settled: bool, bad: bool) -> bool:
         """Let the sources after the transport act on q for dt, and settle it; return whether it may be accepted.
@@ -190,22 +202,22 @@ class PlaneKernel(StepwiseKernel):
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
-    def _padded_numbers(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers of cells in padded arrays, from those in arrays of cells."""
+    def _places_of(self, cells: np.ndarray) -> Places:
+        """Return where cells stand in padded arrays, from their numbers in arrays of cells."""
         rows, columns = np.unravel_index(cells, self.problem.grid.shape)
-        return np.asarray((rows + self.halo) * (self.problem.grid.shape[1] + 2 * self.halo) + columns + self.halo)
+        return rows + self.halo, columns + self.halo
 
-    def _cells(self, padded: np.ndarray, where: np.ndarray | None) -> np.ndarray:
+    def _cells(self, padded: np.ndarray, where: Places | None) -> np.ndarray:
         """Return the values of cells, (rows, cells), a copy; a view of all of them, (rows, ny, nx), for None."""
-        return self.inside(padded) if where is None else padded.reshape(len(padded), -1).take(where, axis=1)
+        return self.inside(padded) if where is None else padded[:, *where]
 
-    def _put(self, padded: np.ndarray, where: np.ndarray | None, values: Any) -> None:
+    def _put(self, padded: np.ndarray, where: Places | None, values: Any) -> None:
         """Write the values of cells."""
-        target = self.inside(padded) if where is None else padded.reshape(len(padded), -1)
+        target = self.inside(padded) if where is None else padded
         for row, component in zip(target, values, strict=True):
             row[... if where is None else where] = component
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, gained: np.ndarray, where: np.ndarray | None) -> bool:
+    def _act(self, source: Any, q: np.ndarray, dt: float, gained: np.ndarray, where: Places | None) -> bool:
         """Let a source act on its cells for dt, add what it makes of each mass to ``gained``; tell whether it did anything."""
         inside, sweep = self._cells(q, where), self.sweeps[0]
         if where is not None and not source.wets and not inside.any():

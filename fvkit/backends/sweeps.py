@@ -17,6 +17,9 @@ from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
 
+#: Where a sweep stands in a step: only the second sees what the faces of the first squeeze; the last leaves a settled state.
+FIRST, SECOND, LAST = range(3)
+
 
 class Border(NamedTuple):
     """A section of a side, with the ghost cells there and the cells that these look at, both along the axis.
@@ -37,7 +40,7 @@ class Sweep(ABC):
 
     1. `run` makes the state after a time dt of transport along the axis, with the sources that act with it, of padded arrays
        (rows, ny + 2 halo, nx + 2 halo); ghost cells have been filled.
-    2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it.
+    2. A sweep that ``settles`` leaves the last state of a step as `Model.settle` does, and judges it; ``out`` may be ``q``.
     3. ``blocks`` are those that a backend computes, where it leaves out idle ones.
     4. `pull` writes the velocity of each phase along the axis, what pushes it there and the mass that bears it, of each cell.
     """
@@ -50,7 +53,7 @@ class Sweep(ABC):
         self.scheme = scheme
         self.problem, self.parts, self.number, self.halo = problem, parts, number, halo
         self.direction, self.axis = problem.directions[number], problem.grid.axes[number]
-        self.model = self.direction.model
+        self.model = parts.model  # in which ends see the gravity of steep ground
         self.rows = list(self.direction.rows)
         self.aside = list(self.direction.across + self.direction.still)
         self.plan = widened(plan(scheme.stages(parts)), halo)
@@ -78,7 +81,7 @@ class Sweep(ABC):
     def _quiet(self, section: Section, values: Any) -> bool:
         """Whether nothing comes in where nothing stands: of a state of zeros the ghost cells are zeros."""
         end, zeros = section.first, (np.zeros(1),) * len(self.rows)
-        if any(np.any(through) for through in imposed(end, self.model, values)):
+        if any(np.any(np.nan_to_num(through)) for through in imposed(end, self.model, values)):
             return False
         with np.errstate(all="ignore"):
             beyond = (*end.ghost(self.model, zeros, end.layer(values, np.ones(1))), *end.across(zeros[:len(self.aside)], 0.0))
@@ -141,10 +144,10 @@ class Sweep(ABC):
         return found
 
     @abstractmethod
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
-        """Write the state after a sweep into the cells of ``out``; in the ``last`` of a step a settled one, see `settles`.
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
+        """Write the state after a sweep into the cells of ``out``; with the ``place`` `LAST` a settled one, see `settles`.
 
-        What its faces squeeze stands in the last row of ``other``, the given rows of the other axis.
+        What the faces of the `FIRST` squeeze stands in the last row of ``other``, the given rows of the other axis.
         """
 
     @abstractmethod

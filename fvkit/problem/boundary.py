@@ -35,7 +35,7 @@ class BoundaryCondition(Part, ABC):
     5. ``placed(left, model, grid, aux)`` returns the condition as it is at one end of a grid: what it needs to know of the
        ground there is noted in it. Itself by default.
     6. ``mass_fluxes(model, values)`` returns what passes the end of each mass of the model, positive to the right: a part of
-       ``values``. Where it is not defined, or (), the Riemann solver decides, from the ghost cells.
+       ``values``. Where it is not defined, (), or NaN, the Riemann solver decides, from the ghost cells.
     7. ``layer(values, number)`` returns the values that ``ghost`` receives for the ghost cell that is the ``number``-th outwards,
        from 1: ``values`` by default.
     8. ``across(momenta, t)`` returns the momenta along the side that ghost cells have, from those at the velocities of the cells
@@ -294,17 +294,16 @@ class Given(Continued, ABC):
 
     def values(self, model: Model, t: float) -> tuple[float, ...]:
         state = self.given(model, t)
-        return (*state, *(self._entering(model, state) if self.steady and self.ground else ()), *self.ground)
+        return (*state, *(self._entering(model, state) if self.ground else ()), *self.ground)
 
     def _entering(self, model: Model, state: tuple[float, ...]) -> tuple[float, ...]:
-        """The fluxes of the masses of a state that is faster than its waves, else (): nothing inside can hold those back, but
+        """The fluxes of the masses of a state that is faster than its waves, else NaN: nothing inside can hold those back, but
         a solver that sees water fall from the ghost cells to dry ground lets in more."""
         inwards, aux = -np.sign(self.ground[-1]), [0.0] * len(model.aux)
         for row, slope in zip(model.slope_rows[:1], self.ground, strict=False):
             aux[row] = slope
-        if min(inwards * speed for speed in answers.wave_speeds(model, state, tuple(aux))) < 0.0:
-            return ()
-        return tuple(float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
+        slower = min(inwards * speed for speed in answers.wave_speeds(model, state, tuple(aux))) <= 0.0
+        return tuple(np.nan if slower else float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
 
     def ghost(self, model, q, values):
         return beyond(self, model, values[:len(q)], values)
@@ -325,8 +324,8 @@ class Inflow(Given):
     Notes
     -----
     The ghost cells hold the state, over a bottom that goes on. Water that stands has its level there: its depth is that over the
-    bottom of the first cell. Of a flow with a depth that is faster than its waves exactly h v enters, where it is constant; one
-    that varies in time lets in too much onto dry, steep ground, per cents on coarse cells.
+    bottom of the first cell. Of a flow with a depth that is faster than its waves exactly h v enters; of one that varies in time
+    that of the middle of each step.
     """
 
     state: Any = attrs.field(converter=_state)

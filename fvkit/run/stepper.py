@@ -71,7 +71,7 @@ class Stepper:
         self.length = Step() if step is None else validation.instance(step, "step", Step, "such as fv.Step(dt_max=0.1)")
         kernel = self._kernel = make_kernel(backend, problem, self.scheme, every, self.threads)
         first = min(self._first_dt(), self.length.dt_initial or np.inf)
-        self._march = March(kernel.padded(problem.q0), problem.t_start, first, kernel.books,
+        self._march = March((kernel.padded(problem.q0), kernel.padded(problem.q0)), problem.t_start, first, kernel.books,
                             stop_when_lost=self.nonhyperbolic == "raise", bounds=self.length.bounds)
         self._march.dt = self._march.bounded(first)
         self._breaks = problem.breaks

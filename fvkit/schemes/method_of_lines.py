@@ -101,6 +101,10 @@ class MethodOfLines(Scheme):
             warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(split)} with the transport: a flow that it "
                           "balances, such as uniform flow down a slope, is wrong to first order in dt. Use integrator=fv.ARK4(), "
                           "which takes it into its stages, or fv.WavePropagation", stacklevel=2)
+        beside = [type(source).__name__ for source in sources if not source.defines("driven")]
+        if beside:
+            warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(beside)} with the transport: the run is of "
+                          "second order in time. fv.WavePropagation has that order too, at less cost", stacklevel=2)
         return Parts(model, self.riemann, (), sources, reconstruction=self.reconstruction)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:

@@ -11,6 +11,9 @@ G = 9.81
 WAVE = fv.WavePropagation(fv.Roe(), fv.NoLimiter())
 LINES = fv.MethodOfLines(fv.HLL())
 
+#: The method of lines says that it alternates these sources with the transport: tested once, below.
+pytestmark = pytest.mark.filterwarnings("ignore:SSPRK104 alternates:UserWarning")
+
 
 # ---------------------------------------------------------------------- a manufactured solution of shallow water over a bottom
 
@@ -40,6 +43,11 @@ def manufactured(cells, t_end=0.25):
 def error(solution):
     wanted = fv.Problem(gr.ShallowWater(), solution.grid, lambda x: exact(x, solution.t[-1]), 1.0).q0
     return np.abs(solution.q[-1] - wanted).mean(axis=1)
+
+
+def test_the_method_of_lines_says_that_it_is_of_second_order_with_a_source_beside_it():
+    with pytest.warns(UserWarning, match="SSPRK104 alternates Forcing with the transport: the run is of second order in time"):
+        fv.solve(manufactured(20, t_end=0.01), LINES, backend="numpy")
 
 
 @pytest.mark.parametrize(("scheme", "least"), [(WAVE, 1.95), (LINES, 1.95)], ids=["wave", "lines"])

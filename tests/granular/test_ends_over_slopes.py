@@ -124,6 +124,32 @@ def test_a_fast_inflow_onto_a_dry_slope_enters_whole(model, law, dx):
     assert kind.depth(solution.q[-1]).sum() * dx == pytest.approx(80.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("scheme", [fv.WavePropagation(gr.Relaxation()), fv.WavePropagation(fv.HLL(), order=1), fv.MethodOfLines(fv.HLL())],
+                         ids=["order 2", "order 1", "lines"])
+@pytest.mark.parametrize("model", [gr.ShallowWater, gr.TwoPhase], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("dx", [5.0, 40.0])
+def test_a_fast_inflow_that_grows_with_time_enters_whole(model, dx, scheme, backend):
+    """Its discharge is linear in time, so that the middle of each step gives the integral."""
+    kind = model(dry=1e-6)
+    problem = fv.Problem(kind, fv.Grid(0.0, 200.0 * dx, 200), lambda x: kind.conserved_from(0.0 * x, 0.5), 10.0,
+                         {"b": lambda x: -0.3 * x},
+                         (fv.Inflow(lambda t: kind.conserved_from(1.0 + t / 20.0, 0.5, 8.0, 8.0)), fv.Outflow()))
+    solution = fv.solve(problem, scheme, backend=backend, nonhyperbolic="ignore")
+    assert kind.depth(solution.q[-1]).sum() * dx == pytest.approx(100.0, rel=1e-9)
+
+
+def test_an_inflow_that_begins_late_is_an_open_end_until_then(backend):
+    """Before it begins its state is dry: nothing holds back the water inside, which flows out as to dry ground."""
+    model = gr.ShallowWater()
+
+    def left(state):
+        problem = fv.Problem(model, fv.Grid(0.0, 100.0, 50), lambda x: model.conserved_from(1.0 + 0.0 * x, 0.0), 5.0,
+                             {"b": lambda x: 0.1 * x}, (state, fv.Wall()))
+        return fv.solve(problem, backend=backend).q[-1][0].sum() * 2.0
+    assert left(fv.Inflow([0.0, 0.0])) == pytest.approx(left(fv.Inflow(lambda t: [0.0, 0.0])), rel=1e-3)
+    assert left(fv.Inflow([0.0, 0.0])) == pytest.approx(left(fv.Outflow()), rel=0.05)
+
+
 def test_a_given_flow_enters_whole_as_well(backend):
     problem = river(gr.Manning(MANNING), 0.3, normal(0.3), (gr.GivenFlow(0.3, 0.4, normal(0.3), normal(0.3)), fv.Outflow()))
     np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, rtol=1e-11)

@@ -12,6 +12,9 @@ MODELS = (gr.ShallowWater(), gr.Reduced(), gr.TwoPhase())
 SCHEMES = (fv.WavePropagation(gr.Relaxation()), fv.WavePropagation(gr.Relaxation(), splitting=fv.Godunov()),
            fv.MethodOfLines(gr.Relaxation()))
 
+#: The method of lines says that it alternates these sources with the transport.
+pytestmark = pytest.mark.filterwarnings("ignore:SSPRK104 alternates:UserWarning")
+
 
 def box(model, rain, h=0.0, phi=0.3, cells=20, t_end=50.0, **settings):
     """A closed box, dry or with water at rest."""

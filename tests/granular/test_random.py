@@ -13,7 +13,7 @@ import fvkit_granular as gr
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit_granular.models.registry import MODELS, RIEMANN
 from tests.tools import random_runs
-from tests.tools.random_draws import BOTTOMS, CELLS, CLASSES, SETTINGS, draw, random_scene
+from tests.tools.random_draws import BOTTOMS, CELLS, CLASSES, INFLOWS, SETTINGS, draw, random_scene
 from tests.tools.random_limits import COLLAPSES, known_collapses
 from tests.tools.random_runs import ROUNDING, pairs, plan, random_stress, run_random
 from tests.tools.random_scenes import main
@@ -35,6 +35,17 @@ def test_the_same_seed_draws_the_same_scenes_of_every_kind():
     assert not np.array_equal(first.flow[0], other.flow[0])
     seen = {(scene.kind, scene.setting, scene.bottom) for scene in (random_scene(1, k) for k in range(TURN))}
     assert len(seen) == TURN
+
+
+def test_scenes_with_an_inflow_lie_on_slopes_of_up_to_one_with_friction():
+    scenes = [random_scene(1, k, INFLOWS) for k in range(400)]
+    assert {scene.setting for scene in scenes} == set(INFLOWS)
+    falls = [scene.b[0] - scene.b[-1] for scene in scenes if scene.bottom == "step" and np.ptp(np.diff(scene.b)) < 1e-12]
+    assert min(falls) < -0.8
+    assert max(falls) > 0.8
+    froude = np.array([v / np.sqrt(9.81 * h) for h, _, v, _ in (scene.comes for scene in scenes)])
+    assert froude.min() < 0.1 < 2.9 < froude.max()
+    assert all(len(scene.sources(gr.TwoPhase())) == 2 for scene in scenes)
 
 
 def test_the_ranges_are_those_that_are_promised():

@@ -33,6 +33,19 @@ def test_a_stream_that_enters_askew_brings_its_momentum_along_the_side():
     assert_allclose(q[:, :, :8], np.broadcast_to(np.array([1.0, 6.0, 2.0])[:, None, None], (3, 16, 8)), rtol=1e-6)
 
 
+@pytest.mark.parametrize("comes", [[1.0, 3.0, 0.0], lambda t: [1.0, 3.0, 0.0]], ids=["constant", "function of time"])
+def test_a_side_may_be_faster_than_its_waves_in_some_of_its_cells_alone(comes):
+    """Gravity along ground of 45 degrees has half of its size: 3 m/s is fast there, and slow on level ground."""
+    model = gr.ShallowWater(dry=1e-6, slope="steep")
+    grid = fv.Grid((0.0, 0.0), (100.0, 40.0), (25, 10))
+    problem = fv.Problem(model, grid, state(model, np.zeros(grid.shape), 0.5), 1.0,
+                         aux={"b": lambda x, y: np.where(y < 20.0, -x, 0.0)}, boundary={**CLOSED, "west": fv.Inflow(comes)})
+    stepper = fv.Stepper(problem, fv.WavePropagation(gr.Relaxation()), step=fv.Step(dt=0.05), backend="numpy")
+    stepper.step()
+    assert_allclose(stepper.q[0].sum(axis=1)[:4] * 4.0, 3.0 * 0.05, rtol=1e-9)  # the fifth has a neighbour on level ground
+    assert (stepper.q[0].sum(axis=1)[6:] * 4.0 > 3.0 * 0.05).all()  # and the wave that runs out of there brings more
+
+
 def test_an_inflow_states_momenta_along_both_axes():
     with pytest.raises(ValueError, match=r"`state` of Inflow must have 3 components \(h, h v_x, h v_y\), got 2"):
         flat(gr.ShallowWater(), boundary={"west": fv.Inflow([1.0, 6.0])})

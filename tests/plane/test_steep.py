@@ -8,6 +8,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.problem.directions import in_plane
 from fvkit.problem.relief import Slopes
+from tests.plane.problems import state
 
 G = 9.81
 MODELS = (gr.ShallowWater, gr.Reduced, gr.TwoPhase)
@@ -294,6 +295,30 @@ def test_a_plane_is_mild_ground_of_weaker_gravity_through_its_ends(kind, end):
     np.testing.assert_allclose(steep.q, mild.q, atol=1e-11)
     assert steep.stats.nonhyperbolic_faces == mild.stats.nonhyperbolic_faces
     assert (mild.stats.nonhyperbolic_faces > 0) == (len(kind.phases) > 1)
+
+
+@pytest.mark.parametrize("side", ["west", "north"])
+@pytest.mark.parametrize("end", ENDS)
+def test_sides_of_a_plane_are_those_of_mild_ground_of_weaker_gravity(end, side, backend):
+    """As the ends of a line, above: in sweeps along both axes, and in the count of faces with complex speeds."""
+    low, high = ENDS[end] if isinstance(ENDS[end], tuple) else (ENDS[end],) * 2
+    grid, sides = fv.Grid((0.0, 0.0), (60.0, 60.0), (20, 20)), dict.fromkeys(("west", "east", "south", "north"), fv.Wall())
+    sides |= {"west": low, "east": high} if side == "west" else {"north": low, "south": high}
+    runs = []
+    for model in (gr.TwoPhase(slope="steep", dry=1e-8), gr.TwoPhase(g=G / 1.36, dry=1e-8)):
+        def ahead(x, y):
+            return x if side == "west" else 60.0 - y
+
+        def flow(x, y, model=model):
+            shift = ahead(x, y)
+            h, v = 1.0 + 0.3 * np.exp(-((shift - 30.0) / 6.0) ** 2), np.array((1.0, 0.0) if side == "west" else (0.0, -1.0))
+            return state(model, h, 0.4 + 0.1 * np.sin(shift / 5.0), *([2.4 * one, 0.2 * one] for one in v))
+
+        problem = fv.Problem(model, grid, flow, 1.0, aux={"b": lambda x, y: -0.6 * ahead(x, y)}, boundary=sides)
+        runs.append(fv.solve(problem, backend=backend, nonhyperbolic="ignore"))
+    steep, mild = runs
+    np.testing.assert_allclose(steep.q, mild.q, atol=1e-11)
+    assert steep.stats.nonhyperbolic_faces == mild.stats.nonhyperbolic_faces > 0
 
 
 def test_compiled_code_has_the_same_ends_on_steep_ground(backend):

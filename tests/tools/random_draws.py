@@ -1,14 +1,16 @@
 """Random scenes: two states side by side over a random bottom, in classes from mild to absurd, the same for the same seed."""
 
 import warnings
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
 
-from fvkit import BoundaryCondition, Grid, Model, Outflow, Periodic, Problem, Source, Wall
+from fvkit import Grid, Inflow, Model, Outflow, Periodic, Problem, Source, Wall
+from fvkit_granular.boundaries import Hydrograph
 from fvkit_granular.sources.drag import ConstantDrag, VelocityDrag
-from fvkit_granular.sources.friction_laws import CoulombFriction
+from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 
 #: Cells of the metre that a scene is long.
 CELLS = 60
@@ -28,6 +30,9 @@ CLASSES = {
 SETTINGS = {"box": "walls, no sources", "channel": "open ends, constant drag",
             "ring": "periodic, drag that grows with the slip, dry friction"}
 
+#: The same where scenes with an inflow are wanted, all on a slope of -1 to 1 m/m besides their bottom.
+INFLOWS = {"torrent": "a hydrograph and an open end, Voellmy friction, drag that grows with the slip",
+           "stream": "a given state and an open end, Manning friction, constant drag"}
 
 #: Bottoms, in turn.
 BOTTOMS = {"step": "flat, or a step of up to 2 m", "noise": "a random height in every cell, up to 2 m",
@@ -53,14 +58,14 @@ def kind_of(index: int) -> str:
     return list(CLASSES)[index % len(CLASSES)]
 
 
-def setting_of(index: int) -> str:
+def setting_of(index: int, settings: Mapping[str, str] = SETTINGS) -> str:
     """The setting of a random scene."""
-    return list(SETTINGS)[index // len(CLASSES) % len(SETTINGS)]
+    return list(settings)[index // len(CLASSES) % len(settings)]
 
 
-def bottom_of(index: int) -> str:
+def bottom_of(index: int, settings: Mapping[str, str] = SETTINGS) -> str:
     """The kind of bottom of a random scene."""
-    return list(BOTTOMS)[index // (len(CLASSES) * len(SETTINGS)) % len(BOTTOMS)]
+    return list(BOTTOMS)[index // (len(CLASSES) * len(settings)) % len(BOTTOMS)]
 
 
 def draw(seed: int, index: int, g: float = 9.81, gamma: float = 0.5) -> tuple[str, Draw]:
@@ -93,12 +98,13 @@ class RandomScene:
 
     Parameters
     ----------
-    kind, setting, bottom : keys of `CLASSES`, `SETTINGS` and `BOTTOMS`.
+    kind, setting, bottom : keys of `CLASSES`, `SETTINGS` or `INFLOWS`, and `BOTTOMS`.
     gamma : density ratio, .05 to .98.
     flow : depth, m, solid fraction, velocities of solid and fluid, m/s, each (CELLS,).
     b : height of the bottom, m, (CELLS,).
     drag : D and its growth with the slip, 1/s and 1/m: 0, or 1e-3 to 1e12.
     nu : coefficient of friction, 0 to 2; None for no friction.
+    comes : depth, m, solid fraction and velocity of what flows in, and the rough part of its friction, 0 to 1.
     """
 
     kind: str
@@ -109,21 +115,27 @@ class RandomScene:
     b: np.ndarray
     drag: tuple[float, float]
     nu: float | None
+    comes: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     def model(self, kind: type[Model]) -> Model:
         """Return a model of a class with the scene's density ratio, where it has one."""
         return kind(**{"gamma": self.gamma} if "gamma" in kind.parameter_names() else {})
 
-    def boundary(self) -> BoundaryCondition:
+    def boundary(self, model: Any) -> Any:
         """Return the boundary of both ends."""
-        given: dict[str, BoundaryCondition] = {"box": Wall(), "channel": Outflow(), "ring": Periodic(drop=0.0)}
+        h, phi, v, _ = self.comes
+        given: dict[str, Any] = {"box": Wall(), "channel": Outflow(), "ring": Periodic(drop=0.0),
+                                 "torrent": (Hydrograph(0.0, h * v, phi, h), Outflow()),
+                                 "stream": (Inflow(model.conserved_from(h, phi, v, v)), Outflow())}
         return given[self.setting]
 
     def sources(self, model: Model) -> tuple[Source, ...]:
         """Return the sources; no drag for models with one velocity."""
+        rough, dry = self.comes[3], () if self.nu is None else (CoulombFriction(self.nu),)
         given: dict[str, tuple[Source, ...]] = {
-            "box": (), "channel": (ConstantDrag(self.drag[0]),),
-            "ring": (VelocityDrag(*self.drag), *(() if self.nu is None else (CoulombFriction(self.nu),)))}
+            "box": (), "channel": (ConstantDrag(self.drag[0]),), "ring": (VelocityDrag(*self.drag), *dry),
+            "torrent": (VelocityDrag(*self.drag), Voellmy(0.5 * (self.nu or 0.0), 1e4 ** (1.0 - rough))),
+            "stream": (ConstantDrag(self.drag[0]), Manning(0.2 * rough))}
         return tuple(one for one in given[self.setting] if len(model.phases) > 1 or not one.between_phases)
 
     def problem(self, kind: type[Model]) -> Problem:
@@ -131,16 +143,16 @@ class RandomScene:
         model: Any = self.model(kind)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Outflow: `b` falls")
-            return Problem(model, Grid(0.0, 1.0, CELLS), model.conserved_from(*self.flow), LONGEST, {"b": self.b}, self.boundary(),
+            return Problem(model, Grid(0.0, 1.0, CELLS), model.conserved_from(*self.flow), LONGEST, {"b": self.b}, self.boundary(model),
                            self.sources(model))
 
 
-def random_scene(seed: int, index: int) -> RandomScene:
-    """Return a random scene; the same for the same seed and index."""
+def random_scene(seed: int, index: int, settings: Mapping[str, str] = SETTINGS) -> RandomScene:
+    """Return a random scene; the same for the same seed, index and settings."""
     rng = np.random.default_rng([seed, index, 1])
     gamma = float(rng.uniform(0.05, 0.98))
     kind, drawn = draw(seed, index, gamma=gamma)
-    setting, bottom = setting_of(index), bottom_of(index)
+    setting, bottom = setting_of(index, settings), bottom_of(index, settings)
     side = (np.arange(CELLS) >= CELLS // 2).astype(int)
     h, phi, vs, vf = (values[side] for values in drawn[:4])
     if kind == "one phase" and rng.random() < 0.5:
@@ -150,7 +162,12 @@ def random_scene(seed: int, index: int) -> RandomScene:
     if level:
         h = np.maximum(h - shape, 0.0)
     nu = 0.0 if rng.random() < 0.1 else float(rng.uniform(0.0, 2.0))
-    return RandomScene(kind, setting, bottom, gamma, (h, phi, vs, vf), DATUM + shape, (_drag(rng), _drag(rng)), nu)
+    scene = RandomScene(kind, setting, bottom, gamma, (h, phi, vs, vf), DATUM + shape, (_drag(rng), _drag(rng)), nu)
+    if setting not in INFLOWS:
+        return scene
+    depth = 10.0 ** rng.uniform(-3.0, np.log10(5.0))
+    comes = depth, float(rng.uniform(0.0, 1.0)), float(rng.uniform(0.0, 3.0) * np.sqrt(9.81 * depth)), float(rng.uniform(0.0, 1.0))
+    return attrs.evolve(scene, b=scene.b + rng.uniform(-1.0, 1.0) * (np.arange(CELLS) + 0.5) / CELLS, comes=comes)
 
 
 def _drag(rng: np.random.Generator) -> float:

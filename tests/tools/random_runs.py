@@ -1,7 +1,7 @@
 """Random scenes with every model, solver and order, in bulk: each ends, with a name for how, and loses nothing."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from math import fsum
 from typing import Any
@@ -19,7 +19,7 @@ from fvkit.schemes.scheme import Parts
 from fvkit.studies.report import environment
 from fvkit_granular.stress.checks import Check
 from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
-from tests.tools.random_draws import SETTINGS, RandomScene, random_scene, setting_of
+from tests.tools.random_draws import INFLOWS, SETTINGS, RandomScene, random_scene, setting_of
 from tests.tools.random_limits import FEW, known_collapses
 from tests.tools.random_report import RandomReport
 
@@ -70,9 +70,10 @@ def run_random(model: str, riemann: str, order: int, seed: int, index: int, coun
                setting: str | None = None) -> dict[str, Any]:
     """Run the problems from ``index`` to ``index + count``, of one setting or of all; return what a report adds up."""
     scheme, kind = scheme_of(riemann, order), MODELS[model]
-    wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k))]
+    settings = INFLOWS if setting in INFLOWS else SETTINGS
+    wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k, settings))]
     started = time.perf_counter()
-    scenes = (random_scene(seed, k) for k in wanted)
+    scenes = (random_scene(seed, k, settings) for k in wanted)
     if order == HIGH:  # the method of lines has no static friction, and refuses it
         scenes = (attrs.evolve(scene, nu=None) for scene in scenes)
     with code_kept():
@@ -86,8 +87,11 @@ def run_random(model: str, riemann: str, order: int, seed: int, index: int, coun
 
 @contextmanager
 def code_kept() -> Iterator[None]:
-    """Let problems of one scheme and the same kinds of parts share the code of the first: generating it takes ten times a run."""
-    generate, kept = numba_kernel.generate, {}
+    """Let problems of one scheme and the same kinds of parts share the code of the first and the check of their parts.
+
+    Both take ten times a run.
+    """
+    generate, check, kept, checked = numba_kernel.generate, Problem._check_contract, {}, set()
 
     def once(problem: Problem, scheme: Scheme, parts: Parts, *rest: Any) -> Source:
         kinds = tuple(type(part) for part in (parts.model, parts.riemann, *parts.sources, *problem.ends))
@@ -96,11 +100,17 @@ def code_kept() -> Iterator[None]:
             kept[key] = generate(problem, scheme, parts, *rest)
         return kept[key]
 
-    numba_kernel.generate = once
+    def check_once(problem: Problem) -> None:
+        kinds = tuple(type(part) for part in (problem.model, *problem.sources, *problem.ends))
+        if kinds not in checked:
+            check(problem)
+            checked.add(kinds)
+
+    numba_kernel.generate, Problem._check_contract = once, check_once
     try:
         yield
     finally:
-        numba_kernel.generate = generate
+        numba_kernel.generate, Problem._check_contract = generate, check
 
 
 def _run(kind: type[Model], scheme: Scheme, scene: RandomScene) -> dict[str, Any]:
@@ -192,7 +202,7 @@ def _spoken(seconds: float) -> str:
 
 def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None, riemann: Sequence[str] | None = None,
                   orders: Sequence[int] = (1, 2), *, first: int = 0, workers: int | None = None,
-                  progress: Progress = False) -> RandomReport:
+                  settings: Mapping[str, str] = SETTINGS, progress: Progress = False) -> RandomReport:
     """Run random scenes with models, solvers and orders, and judge every run.
 
     Parameters
@@ -203,6 +213,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     orders : any of 1, 2 and 5, which is `fvkit.MethodOfLines` as it comes.
     first : index of the first scene of the seed.
     workers : processes; default: one per processor.
+    settings : `random_draws.SETTINGS`, or `random_draws.INFLOWS`.
     progress : True shows progress on stderr; or a function that receives the share done, 0 to 1.
 
     Returns
@@ -219,9 +230,9 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     size = min(BLOCK, count)
     # The first blocks of all kernels come first, so that no two processes compile the same one.
     wanted = [{"model": model, "riemann": solver, "order": order, "seed": seed, "index": start, "setting": setting,
-               "count": min(size * len(SETTINGS), first + count - start)}
-              for start in range(first, first + count, size * len(SETTINGS))
-              for model, solver in chosen for order in orders for setting in SETTINGS]
+               "count": min(size * len(settings), first + count - start)}
+              for start in range(first, first + count, size * len(settings))
+              for model, solver in chosen for order in orders for setting in settings]
     found: dict[tuple[str, str, int], list[dict[str, Any]]] = {(*pair, order): [] for pair in chosen for order in orders}
     started, done = time.perf_counter(), 0
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, done_so_far
 from fvkit_granular.stress.suite import MODELS, SOLVERS
+from tests.tools.random_draws import INFLOWS, SETTINGS
 from tests.tools.random_runs import HIGH, pairs, plan, random_stress
 
 
@@ -22,6 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--riemann", nargs="+", metavar="R", choices=SOLVERS, help=f"any of {', '.join(SOLVERS)} (default: all)")
     parser.add_argument("--orders", nargs="+", type=int, default=[1, 2], metavar="P", choices=(1, 2, HIGH),
                         help=f"any of 1, 2 and {HIGH}, the method of lines (default 1 2)")
+    parser.add_argument("--inflow", action="store_true", help="scenes with an inflow and friction on a slope")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: one per processor)")
     parser.add_argument("--out", type=Path, default=Path("random-scenes"), help="folder for the results (default random-scenes)")
     options = parser.parse_args(arguments)
@@ -33,7 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(str(error))
     print(plan(options.count, chosen, options.orders, options.workers), flush=True)
     report, stopped = done_so_far(partial(random_stress, options.count, options.seed, options.models, options.riemann, options.orders,
-                                          first=options.first, workers=options.workers, progress=sys.stderr.isatty()))
+                                          first=options.first, workers=options.workers, settings=INFLOWS if options.inflow else SETTINGS,
+                                          progress=sys.stderr.isatty()))
     folder = report.save(options.out)
     print(report.summary())
     print(f"written to {folder}/: report.json, report.csv, report.png")

@@ -78,7 +78,8 @@ class ActiveBlocks:
     def jobs(self, axis: int, lanes: int, longest: int) -> np.ndarray:
         """Return the pieces of lines along an axis, at most ``longest`` cells long and ``lanes`` lines wide, in active blocks.
 
-        Each is a row: the first line, counted with ghost cells, number of lines, first cell and number of cells.
+        Each is a row: the first line, counted with ghost cells, number of lines, first cell and number of cells. Those of the
+        same lines follow each other in the order of their cells.
         """
         lines, cells = (self.shape[0], self.shape[1]) if axis == 0 else (self.shape[1], self.shape[0])
         blocks = self.blocks if axis == 0 else self.blocks.T
@@ -91,20 +92,13 @@ class ActiveBlocks:
         line, low, high = np.array(pieces, dtype=np.int64).reshape(-1, 3).T[:, :, None]
         first = line + np.arange(0, SIDE, lanes)
         found = np.stack(np.broadcast_arrays(first + self.halo, np.minimum(lanes, lines - first), low, high - low), axis=-1)
-        return np.ascontiguousarray(found[first < lines])
+        found = found[first < lines]
+        return np.ascontiguousarray(found[np.lexsort((found[:, 2], found[:, 0]))])
 
     def reaches(self, axis: int, side: int) -> bool:
         """Whether a block at a side of an axis may be active."""
         blocks = self.blocks if axis == 1 else self.blocks.T
         return not self.known or bool(blocks[-side].any())
-
-    def extent(self) -> tuple[slice, slice]:
-        """The cells along both axes, y and x, between which all active blocks lie."""
-        found = []
-        for axis, cells in zip((1, 0), self.shape, strict=True):
-            here = np.flatnonzero(self.blocks.any(axis=axis))
-            found.append(slice(SIDE * int(here[0]), min(SIDE * (int(here[-1]) + 1), cells)) if len(here) else slice(0, 0))
-        return found[0], found[1]
 
 
 def _widened(blocks: np.ndarray) -> np.ndarray:

@@ -92,7 +92,8 @@ class Ends(Writer):
             self.emit(f"j = {face}", 2)
             for row, name in zip(rows, self.assign(list(fluxes), 2, fixed=True), strict=True):
                 if isinstance(row, Row):
-                    self.emit(f"{row.at(0)} = {name}", 2)
+                    self.emit(f"if {name} == {name}:", 2)
+                    self.emit(f"{row.at(0)} = {name}", 3)
 
     def values(self, side: int) -> tuple[Expr, ...]:
         """Symbols of what the boundary condition of a side gives to its ghosts."""

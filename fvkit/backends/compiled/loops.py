@@ -325,11 +325,3 @@ def _index(value: Any) -> int:
 def _number(value: Any) -> str:
     """Text of a constant that tracing has found: a plain number, whatever NumPy calls it; nothing for None."""
     return "" if value is None else repr(value.item() if isinstance(value, np.generic) else value)
-
-
-def aligned(size: int) -> np.ndarray:
-    """Return zeros that start at a cache line: vectors then never straddle two of them without need."""
-    line = 64
-    room = np.zeros(size + line // 8)
-    start = (-room.ctypes.data % line) // 8
-    return room[start:start + size]

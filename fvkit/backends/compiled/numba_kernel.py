@@ -15,9 +15,10 @@ import numpy as np
 from fvkit.backends.compiled import calls, disk_cache, llvm
 from fvkit.backends.compiled.calls import Call, Move, address
 from fvkit.backends.compiled.generator import generate
-from fvkit.backends.compiled.loops import SPARE, TILE, aligned
+from fvkit.backends.compiled.loops import SPARE, TILE
 from fvkit.backends.compiled.time_loop import ADDRESSES, LOOP
 from fvkit.backends.kernel import Kernel
+from fvkit.backends.layout import aligned
 from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
 from fvkit.problem.problem import Problem
 from fvkit.schemes.program import STATE, TRANSPORT, Program

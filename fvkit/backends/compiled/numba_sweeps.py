@@ -9,12 +9,12 @@ import numpy as np
 
 from fvkit.backends.compiled.active_blocks import ActiveBlocks
 from fvkit.backends.compiled.calls import Call, address
-from fvkit.backends.compiled.loops import aligned
 from fvkit.backends.compiled.numba_kernel import module_of
 from fvkit.backends.compiled.sweep_tiles import DRIVER, LANES, LENGTH, generate_sweep, signatures
+from fvkit.backends.layout import aligned
 from fvkit.backends.plane_kernel import PlaneKernel
 from fvkit.backends.python_loop import Lost, Report
-from fvkit.backends.sweeps import Sweep
+from fvkit.backends.sweeps import FIRST, Sweep
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
@@ -44,7 +44,7 @@ class NumbaSweep(Sweep):
         self._scratch = [(aligned(source.rows * LENGTH), aligned(LENGTH), np.zeros((1, 1)), np.zeros(4, dtype=np.int64))
                          for _ in range(threads)]
         self._pool = ThreadPoolExecutor(threads, thread_name_prefix="fvkit") if threads > 1 else None
-        self._version, self._jobs = -1, np.zeros((0, 4), dtype=np.int64)
+        self._version, self._jobs, self._begins = -1, np.zeros((0, 4), dtype=np.int64), np.zeros(1, dtype=np.int64)
 
     def idle(self, side: int) -> bool:
         sides = (0, 1) if self.periodic else (side,)
@@ -54,34 +54,36 @@ class NumbaSweep(Sweep):
         """Pieces of lines in active blocks, made again where these have changed."""
         if self._version != self.blocks.version:
             lanes = LANES if self.number else 1
-            self._jobs = self.blocks.jobs(self.number, lanes, LENGTH // lanes - 2 * self.halo - 1)
+            jobs = self._jobs = self.blocks.jobs(self.number, lanes, LENGTH // lanes - 2 * self.halo - 1)
+            self._begins = np.append(np.flatnonzero(np.diff(jobs[:, 0], prepend=-1)), len(jobs))
             self._version = self.blocks.version
         return self._jobs
 
-    def _call(self, tile: int, q: np.ndarray, out: np.ndarray, aux: np.ndarray, other: np.ndarray, last: bool,
+    def _call(self, tile: int, q: np.ndarray, out: np.ndarray, aux: np.ndarray, other: np.ndarray, place: int,
               ratio: float) -> list[Any]:
-        """Run the jobs, each thread its share of them."""
+        """Run the jobs, each thread its share of whole lines."""
         def share(jobs: np.ndarray, scratch: tuple[np.ndarray, ...]) -> Any:
             buffer, speeds, through, found = scratch
-            return self._loop(tile, jobs, q, out, aux, other, self.axis.num_cells, int(last), ratio, self._parameters,
+            return self._loop(tile, jobs, q, out, aux, other, self.axis.num_cells, place, int(q is out), ratio, self._parameters,
                               self._gates, self._gated, buffer, speeds, through, found)
 
         count, every = len(self._scratch), self.jobs()
-        cuts = [len(every) * k // count for k in range(count + 1)]
+        cuts = self._begins[[(len(self._begins) - 1) * k // count for k in range(count + 1)]]
         shares = [every[first:stop] for first, stop in pairwise(cuts)]
         if self._pool is None:
             return [share(shares[0], self._scratch[0])]
         return [one.result() for one in [self._pool.submit(share, *pair) for pair in zip(shares, self._scratch, strict=True)]]
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, last: bool, other: np.ndarray) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
         self._gated[:], self._gates[:] = 0, 0.0
         for side, lanes, through in self.fluxes():
-            self._gated[side, lanes] = 1
-            self._gates[side][:, lanes] = np.array(through, dtype=float).reshape(len(through), -1)
+            passing = np.array(through, dtype=float).reshape(len(through), -1)
+            self._gated[side, lanes] = ~np.isnan(passing).any(axis=0)
+            self._gates[side][:, lanes] = np.nan_to_num(passing)
             self.blocks.touch(self.number, side, self._gates[side].any(axis=0))
-        for row in self.direction.still:
+        for row in self.direction.still if q is not out else ():
             out[row] = q[row]
-        reports = self._call(self._tiles[0], q, out, aux, other, last, dt / self.axis.dx)
+        reports = self._call(self._tiles[0], q, out, aux, other, place, dt / self.axis.dx)
         flux = np.zeros((2, max(1, len(self.model.mass_rows())))) if self.periodic or not self.model.mass_rows() else \
             self._gates.sum(axis=2)
         found = [scratch[3] for scratch in self._scratch]
@@ -91,7 +93,7 @@ class NumbaSweep(Sweep):
         return Report(float(np.max(speeds)), flux, lost, min(firsts, default=-1), any(bad for _, bad in reports))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
-        self._call(self._tiles[1], q, out, aux, aux, False, 0.0)
+        self._call(self._tiles[1], q, out, aux, aux, FIRST, 0.0)
 
 
 class NumbaPlaneKernel(PlaneKernel):
@@ -121,7 +123,4 @@ class NumbaPlaneKernel(PlaneKernel):
                     self.blocks.touch(one.number, side, np.asarray(ghosts.any(axis=(0, 1))))
 
     def _clear(self, row: np.ndarray) -> None:
-        if any(sweep.periodic for sweep in self.sweeps):
-            super()._clear(row)
-        else:  # idle blocks never wrote anything
-            row[tuple(slice(cells.start, cells.stop + 2 * self.halo) for cells in self.blocks.extent())] = 0.0
+        """Leave it: the first sweep reads none, and writes all that the second reads but for idle blocks, where all is 0."""
