@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit.pointwise.part import Part
+from fvkit.pointwise.part import Part, Wrapper
 
 #: Behind "maximum" and "minimum" in the operation of a node: NaN where either value is, as NumPy has it. It costs two more
 #: instructions, too many for all of them; the plain ones drop NaN of their first value.
@@ -277,6 +277,8 @@ def needed(roots: list[Any], leaf: Callable[[Expr], bool] = lambda node: False) 
 
 def with_symbols(part: Any, symbol: Callable[[], Expr]) -> Any:
     """Return a copy of a part whose numeric fields are symbols: its methods then trace themselves."""
+    if isinstance(part, Wrapper):
+        return attrs.evolve(part, part=with_symbols(part.part, symbol))
     if not isinstance(part, Part):
         return part
     copy = object.__new__(type(part))

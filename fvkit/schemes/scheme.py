@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit.problem.model import Model
 from fvkit.problem.sources import Source
-from fvkit.schemes.background import deviation
+from fvkit.schemes.background import Deviation
 from fvkit.schemes.integrators import Integrator
 from fvkit.schemes.limiters import Limiter
 from fvkit.schemes.program import ONE_SWEEP, Program, program
@@ -20,9 +20,10 @@ from fvkit.schemes.splitting import Splitting
 
 class Parts(NamedTuple):
     """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage; in sweeps
-    of a grid with two axes (``swept``) the number of momenta ``across``."""
+    of a grid with two axes (``swept``) the number of momenta ``across``. Model and sources may be those of the problem, each seen
+    through a `fvkit.pointwise.part.Wrapper`."""
 
-    model: Model
+    model: Any
     riemann: RiemannSolver
     limiters: tuple[Limiter, ...]
     sources: tuple[Source, ...]
@@ -188,7 +189,7 @@ class Scheme(ABC):
 
     def around(self, parts: Parts) -> Parts:
         """Return the `Parts` for a problem with a background; by default jumps of the model are relative to the background."""
-        return parts._replace(model=deviation(parts.model))
+        return parts._replace(model=Deviation(parts.model))
 
     def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
         """Return the additional aux values of a background, (rows, m); by default its cell averages.
