@@ -12,7 +12,7 @@ from fvkit.backends.layout import padded_rows
 from fvkit.backends.march import March, step_length
 from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
-from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial
+from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial, together
 from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
@@ -126,9 +126,8 @@ class PlaneKernel(StepwiseKernel):
             speed = float("nan")
         good = self._acted_after(march.next, splitting.after * dt, gained, pair[1].settles and self._few, reports[1].bad)
         flux = [report.flux * (self.volume / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True)]
-        faces, films, deepest = zip(*(report.lost for report in reports), strict=True)
         return Trial(speed, good, np.concatenate(flux if pair[0].number == 0 else flux[::-1]), gained,
-                     Lost(sum(faces), sum(films), max(deepest)), max(report.lost_cell for report in reports))
+                     together(report.lost for report in reports), max(report.lost_cell for report in reports))
 
     def _acted_before(self, march: March, dt: float, gained: np.ndarray, kept: Kept) -> np.ndarray:
         """Return the state after a time dt of the sources before the transport."""

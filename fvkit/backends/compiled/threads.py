@@ -10,7 +10,7 @@ import numpy as np
 from fvkit.backends.compiled.loops import TILE
 from fvkit.backends.compiled.numba_kernel import NumbaKernel
 from fvkit.backends.march import March
-from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.backends.python_loop import StepwiseKernel, Trial, counted
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
@@ -55,9 +55,7 @@ class ThreadedKernel(StepwiseKernel):
                 for begin, end, scratch in self._shares]
         reports = [item.result() for item in work]
         speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)
-        found = [scratch.found[0] for _, _, scratch in self._shares]
-        firsts = [int(item[1]) for item in found if item[1] >= 0]
+        lost, first = counted([scratch.found[0] for _, _, scratch in self._shares])
         fluxes = [scratch.fluxes for _, _, scratch in self._shares]
         brought = np.add.reduce([flux[2] for flux in fluxes])
-        lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
-        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought[None], lost, min(firsts, default=-1))
+        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought[None], lost, first)
