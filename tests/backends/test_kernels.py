@@ -74,7 +74,9 @@ def test_the_loops_are_vectorised(model, tmp_path, monkeypatch):
     wide = len(re.findall(r"vdivpd\s.*[yz]mm", code))
     uniform = 2  # of the threshold of dry cells and of gravity, once per tile
     seldom = 3 if model.defines("hyperbolic_discriminant") else 0  # the loop that counts lost faces takes them one by one
-    assert wide >= content.count(" = / ") - uniform - seldom >= 4
+    guesses = len(re.findall(r"vpsubq\s.*[yz]mm", code))  # a quotient made of products has two of them, and nothing else here has
+    assert wide + guesses // 2 >= content.count(" = / ") - uniform - seldom >= 4
+    assert guesses >= 2 * content.count("by products")
     assert len(re.findall(r"vsqrtpd\s.*[yz]mm", code)) >= content.count(" = sqrt ") >= 2
 
 

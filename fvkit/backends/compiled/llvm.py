@@ -17,6 +17,7 @@ from typing import Any
 import attrs
 
 from fvkit.backends.compiled.calls import intrinsic
+from fvkit.backends.compiled.quotients import quotient
 from fvkit.pointwise.tracing import KEEPS_NAN, Expr, needed
 
 _ARITHMETIC = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
@@ -40,6 +41,7 @@ class Block:
     outputs : nodes or numbers that are computed; those that ``stores`` does not hold are returned, as a tuple; conditions as
         integers 0 or 1.
     fused : {sum or difference: product that it contracts}, by index.
+    multiplied : quotients that are made of products, by index.
     loads : {input: entry of scratch, counted from j, where it stands}, by index.
     stores : entry of scratch, counted from j, and output that is written there.
     returned : outputs that are returned besides.
@@ -50,6 +52,7 @@ class Block:
     nodes: tuple[Expr, ...]
     outputs: tuple[Any, ...]
     fused: dict[int, int]
+    multiplied: frozenset[int] = frozenset()
     loads: dict[int, int] = attrs.field(factory=dict)
     stores: tuple[tuple[int, Expr], ...] = ()
     returned: tuple[Any, ...] = attrs.field(default=attrs.Factory(lambda self: self.outputs, takes_self=True))
@@ -58,7 +61,8 @@ class Block:
         """The content of the block, for the key of the cache."""
         lines = [f"# {self.name}({', '.join(_label(item) for item in self.inputs)})"]
         lines += [f"#   {_label(node)} = {node.operation} {' '.join(_label(item) for item in node.arguments)}"
-                  + (f" (%{self.fused[node.index]} in one)" if node.index in self.fused else "") for node in self.nodes]
+                  + (f" (%{self.fused[node.index]} in one)" if node.index in self.fused else "")
+                  + (" by products" if node.index in self.multiplied else "") for node in self.nodes]
         lines += [f"#   %{index} stands at {place} + j" for index, place in self.loads.items()]
         lines += [f"#   {place} + j becomes {_label(item)}" for place, item in self.stores]
         return "\n".join([*lines, f"#   return {' '.join(_label(item) for item in self.returned)}"])
@@ -90,7 +94,7 @@ class Block:
 
         values = {node.index: builder.load(entry(self.loads[node.index])) if node.index in self.loads else next(given)
                   for node in self.inputs}
-        emitter = _Emitter(context, builder, values, self.fused if has_fma() else {})
+        emitter = _Emitter(context, builder, values, self.fused if has_fma() else {}, self.multiplied)
         for node in self.nodes:
             values[node.index] = emitter.node(node)
         for place, item in self.stores:
@@ -111,7 +115,8 @@ def block(name: str, outputs: list[Any], leaf: Callable[[Expr], bool], like: Blo
     inside: list[Expr] = []
     for node in needed(outputs, leaf):
         (inputs if leaf(node) else inside).append(node)
-    return Block(name, tuple(inputs), tuple(inside), tuple(outputs), contracted(inside, outputs, like))
+    return Block(name, tuple(inputs), tuple(inside), tuple(outputs), contracted(inside, outputs, like),
+                 frozenset() if like is None else like.multiplied)
 
 
 def contracted(nodes: list[Expr], outputs: list[Any], like: Block | None = None) -> dict[int, int]:
@@ -150,9 +155,11 @@ def is_condition(item: Any) -> bool:
 class _Emitter:
     """Writes the instructions of nodes whose arguments are known."""
 
-    def __init__(self, context: Any, builder: Any, values: dict[int, Any], fused: dict[int, int]) -> None:
+    def __init__(self, context: Any, builder: Any, values: dict[int, Any], fused: dict[int, int],
+                 multiplied: frozenset[int]) -> None:
         from llvmlite import ir
 
+        self.multiplied = multiplied
         self.context, self.builder, self.values, self.products, self.ir = context, builder, values, fused, ir
         self.double, self.whole = ir.DoubleType(), ir.IntType(64)
 
@@ -178,6 +185,8 @@ class _Emitter:
             return self.contraction(node, next(item for item in node.arguments
                                                if isinstance(item, Expr) and item.index == self.products[node.index]))
         items = [self.argument(item) for item in node.arguments]
+        if node.index in self.multiplied:
+            return quotient(self, *items)
         if operation in _ARITHMETIC:
             return getattr(builder, _ARITHMETIC[operation])(*items)
         if operation in _COMPARISONS:

@@ -12,7 +12,7 @@ import numpy as np
 
 from fvkit.backends.compiled.llvm import Block, block, is_condition
 from fvkit.backends.compiled.per_cell import PerCell
-from fvkit.backends.compiled.pieces import pieces
+from fvkit.backends.compiled.pieces import by_products, pieces
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.tracing import Expr, Graph, with_symbols
 from fvkit.problem.problem import Problem
@@ -202,6 +202,8 @@ class Writer:
         # The second version of a loop and what stands behind a test run seldom: there cuts are not worth their compilation.
         often = rows is None and like is None and all(value is not None for _, value in lines)
         parts = pieces(whole, len(self.blocks)) if often else [whole]
+        parts = [attrs.evolve(part, multiplied=by_products(part)) for part in parts] if often else parts
+        whole = attrs.evolve(whole, multiplied=whole.multiplied.union(*(part.multiplied for part in parts)))
         passing = 0
         while parts:
             part, parts = parts[0], parts[1:]

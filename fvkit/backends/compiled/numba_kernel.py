@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from fvkit.backends.compiled import calls, disk_cache, llvm
+from fvkit.backends.compiled import calls, disk_cache, llvm, quotients
 from fvkit.backends.compiled.calls import Call, Move, address
 from fvkit.backends.compiled.generator import generate
 from fvkit.backends.compiled.loops import SPARE, TILE
@@ -194,7 +194,7 @@ def module_of(prefix: str, text: str, blocks: tuple[Any, ...], entries: dict[str
     """
     import numba
 
-    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (llvm, calls)]
+    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (llvm, calls, quotients)]
     content = (text, *[block.text() for block in blocks], *compiler, repr(sorted(map(str, OPTIONS.items()))))
     name = f"{prefix}_{disk_cache.key(*content, numba.__version__, np.__version__, sys.version)}"
     with _making:

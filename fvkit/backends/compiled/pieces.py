@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from fvkit.backends.compiled.llvm import Block, block, is_condition
+from fvkit.backends.compiled.quotients import BUSY, PRODUCTS, divides_slowly
 from fvkit.pointwise.tracing import KEEPS_NAN, Expr
 
 #: Instructions that are under way at once, and those that start in a cycle. Windows of 200 to 450 were tried: shallow water with
@@ -25,6 +26,10 @@ INSTRUCTIONS = {"sign": 4, f"maximum{KEEPS_NAN}": 3, f"minimum{KEEPS_NAN}": 3, "
 
 #: Largest share of the time of one loop that several may take: each is compiled, and less of a gain is not worth that.
 SHARE = 0.8
+
+#: Largest share of the time of a loop that it may take with products in place of its quotients: where half of the time was to be
+#: gained by the number of instructions, a tenth was gained in trials, or lost.
+PAYS = 0.7
 
 #: Nodes between two places where a body may be cut.
 GRAIN = 8
@@ -58,9 +63,9 @@ class _Body:
 
     def __init__(self, whole: Block) -> None:
         again = set(whole.fused.values())
-        ahead = _ahead(whole)
+        left = _ahead(whole)
         self.nodes = sorted((node for node in whole.nodes if not is_condition(node) and node.index not in again),
-                            key=lambda node: -ahead[node.index])
+                            key=lambda node: -left[node.index])
         self.place = {node.index: k for k, node in enumerate(self.nodes)}
         #: Places of what each node of the block is made from.
         self.sources: dict[int, set[int]] = {}
@@ -117,6 +122,32 @@ class _Body:
         result = {item.index: item for item, made in self.outputs if start <= made < stop}
         result |= {node.index: node for k, node in enumerate(self.nodes[start:stop], start) if self.last[k] >= stop}
         return list(result.values())
+
+
+def by_products(block: Block) -> frozenset[int]:
+    """Return the quotients of a block to be made of products: all, where the divider would take most of the time, else none.
+
+    A long body has other things to do meanwhile, and more instructions lengthen it: there it does not pay.
+    """
+    quotients = frozenset(node.index for node in block.nodes if node.operation == "/")
+    if not quotients or not divides_slowly():
+        return frozenset()
+    roots = sum(BUSY.get(node.operation, 0.0) for node in block.nodes) - BUSY["/"] * len(quotients)
+    before = max(_running(block, frozenset()), roots + BUSY["/"] * len(quotients))
+    return quotients if max(_running(block, quotients), roots) < PAYS * before else frozenset()
+
+
+def _running(block: Block, multiplied: frozenset[int]) -> float:
+    """Cycles per vector of a loop over a block with a divider that is never busy, some quotients being ``multiplied``."""
+    depth: dict[int, int] = {}
+    count, contracted = 0.0, set(block.fused.values())
+    for node in block.nodes:
+        instructions, cycles = PRODUCTS if node.index in multiplied else (
+            INSTRUCTIONS.get(node.operation, 1.3), CYCLES.get(node.operation, USUAL))
+        count += instructions * (node.index not in contracted)
+        ways = (depth.get(item.index, 0) for item in node.arguments if isinstance(item, Expr))
+        depth[node.index] = cycles + max(ways, default=0)
+    return max(count / WIDTH, max(depth.values()) * count / WINDOW)
 
 
 def _ahead(whole: Block) -> dict[int, int]:
