@@ -158,6 +158,11 @@ class OverSlopes(Wrapper):
         """All questions that may take aux values: they do, since slopes are among these."""
         return frozenset(one.name for one in self.part.questions if one.also and self.part.defines(one.name))
 
+    def beyond(self, q, slopes, distance):
+        """Return what the equations over the slope of the ground beyond an end say, see `fvkit.Model.beyond`."""
+        ground = self.part.aux.index(self.part.relief())
+        return self.part.on_slope(stretching(slopes[ground:ground + 1])).beyond(q, slopes, distance)
+
     def __getattr__(self, name: str) -> Any:
         answer = Wrapper.__getattr__(self, name)
         places = aux_places(self.part.questions).get(name) if callable(answer) else None
