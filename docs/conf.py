@@ -37,6 +37,8 @@ templates_path = ["templates"]
 html_theme = "pydata_sphinx_theme"
 html_theme_options = {"navigation_depth": 2, "show_toc_level": 2}
 html_title = f"fvkit {version}"
+# The scripts of the gallery need the width.
+html_sidebars = {"gallery/*": []}
 # Pages work without a network: MathML needs no MathJax.
 html_math_renderer = "mathml"
 html_static_path = ["static"]

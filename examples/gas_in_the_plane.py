@@ -5,7 +5,7 @@ Your own model in the plane: four states that meet at a point, with a shock betw
 
 The Euler equations are a model of four components without phases. A sweep along an axis sees the velocity u along it and v
 across; ``vectors = ((1, 2),)`` says that the momenta in rows 1 and 2 are the components of one vector, so a sweep along y sees
-them exchanged. Nothing else of the model knows of two axes.
+them exchanged. Nothing else in the model depends on the number of axes.
 
 The problem is its own mirror image about the diagonal x = y. Sweeps along x and y take turns, so the solution is that up to the
 error of the splitting alone; the script prints by how much it is not.

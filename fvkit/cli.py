@@ -1,4 +1,4 @@
-"""The command ``fvkit``: parsing, exit codes and the sentences for mistakes. Commands come from plug-ins."""
+"""The command ``fvkit``: parsing, exit codes, error messages. Commands come from plug-ins."""
 
 import argparse
 import os
@@ -59,7 +59,7 @@ def add_command(commands: Any, name: str, run: Command, summary: str, example: s
 
 def build_parser() -> Parser:
     """Return the parser with the commands of all installed plug-ins (entry points ``fvkit.commands``)."""
-    parser = Parser(prog="fvkit", description="Finite volumes for hyperbolic systems: run scenes, compare solvers.",
+    parser = Parser(prog="fvkit", description="Finite volumes for hyperbolic systems: run scenes, compare models and solvers.",
                     epilog="example:\n  fvkit compare riemann", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--version", action="version", version=f"fvkit {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True, parser_class=Parser)
@@ -94,6 +94,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         _say(f"not enough memory: {str(error) or 'take fewer cells or outputs'}")
         return MISTAKE
+    except FileNotFoundError as error:
+        _say(str(error) if error.filename is None else f"there is no file {error.filename}")
+        return MISTAKE
     except (ValueError, TypeError, OSError) as error:
         _say("; ".join([_as_typed(str(error), spelled), *getattr(error, "__notes__", ())]))
         return MISTAKE
@@ -106,7 +109,7 @@ def _say(message: str, end: str = "") -> None:
 
 
 def _as_typed(message: str, spelled: Mapping[str, str]) -> str:
-    """Return a message about an argument with the options that give it: `--cells` where the library says `num_cells`."""
+    """Return a message with the names of options in place of those of arguments: `--cells` for `num_cells`."""
     first = re.match(r"`(\w+)(\[\d+\])?`", message)  # messages about a file begin with its name: what they name are keys
     if first is None or first[1] not in spelled:
         return message
@@ -156,7 +159,7 @@ def register(commands: Any) -> None:
     """Add the commands to the parser of ``fvkit``."""
     parser = add_command(commands, "cache", _cache, "show or clear the cache of compiled kernels",
                          "fvkit cache --clear")
-    parser.add_argument("--clear", action="store_true", help="remove them")
+    parser.add_argument("--clear", action="store_true", help="remove all compiled kernels")
     add_command(commands, "cite", _cite, "print what to cite for results, as BibTeX", "fvkit cite >> references.bib")
 
 

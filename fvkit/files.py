@@ -21,7 +21,7 @@ def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace:
 
     Parameters
     ----------
-    path : where the file shall stand; its folder must exist.
+    path : path of the file; its folder must exist.
     write : function of the open binary file.
     replace : False refuses where a file exists, also one that another process has made in the meantime.
 
@@ -65,14 +65,14 @@ def csv_text(columns: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 def remove(folder: Path, names: Iterable[str], but: Iterable[str] = ()) -> None:
     """Remove the files of those names, but for some, from a folder: of an earlier run, they would pass for results of this one.
 
-    To be asked when the new files are written, so that a full disk leaves the old ones.
+    Call it after the new files are written, so that a full disk leaves the old ones.
     """
     for name in set(names) - set(but):
         (folder / name).unlink(missing_ok=True)
 
 
 def usable_folder(path: str | Path, name: str, files: Iterable[str] = ()) -> Path:
-    """Return a folder if files can be written into it, or raise ValueError naming ``name``: to be asked before a long run.
+    """Return a folder if files can be written into it, or raise ValueError naming ``name``: a check before a long run.
 
     It may be missing: it is made for the trial, and removed again. Of ``files``, which will be written there, none may be a
     folder.
@@ -96,7 +96,7 @@ def usable_folder(path: str | Path, name: str, files: Iterable[str] = ()) -> Pat
 
 
 def temporary_beside(target: Path) -> Path:
-    """Return a name in the folder of a file that no one else uses."""
+    """Return an unused name in the folder of a file."""
     return target.with_name(f".{target.name}.{uuid4().hex[:12]}.part")
 
 
@@ -119,7 +119,7 @@ TOLD = 300
 
 
 class Unreadable(Portable, ValueError):
-    """A file that cannot be used; the message names it and says why."""
+    """A file that cannot be used; the message contains its name and the reason."""
 
     def __init__(self, path: Path, reason: object) -> None:
         super().__init__(f"{path} cannot be read: {validation.cut(str(reason), TOLD)}")

@@ -2,6 +2,7 @@
 
 import copyreg
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from importlib import import_module
@@ -18,6 +19,9 @@ TEXTS = (str, bytes, bytearray)
 
 #: Largest integer N such that floats represent every integer up to N exactly.
 MOST = 2**53
+
+#: Names above which a message about a wrong one lists the known ones last.
+MANY = 20
 
 #: Characters of a value that a message shows.
 LONGEST = 120
@@ -113,7 +117,7 @@ def array(value: Any, name: str, shape: tuple[int, ...] | None = None) -> np.nda
 
 
 def is_single(value: Any) -> bool:
-    """Whether a value is meant as one number, not as an array of them; it need not be a good one."""
+    """Whether a value is a single number, valid or not, rather than an array."""
     return not isinstance(value, (list, tuple)) and getattr(value, "ndim", 0) == 0
 
 
@@ -195,8 +199,10 @@ def choice(value: Any, name: str, known: Iterable[Any]) -> Any:
         return value
     near = isinstance(value, str) and len(value) <= LONGEST
     nearest = get_close_matches(value, [str(option) for option in options], n=1) if near else []
-    raise ValueError(f"`{name}` must be one of {', '.join(map(str, options))}; got {shown(value)}"
-                     + (f", did you mean {nearest[0]}?" if nearest else ""))
+    meant = f", did you mean {nearest[0]}?" if nearest else ""
+    if len(options) > MANY:  # what was given comes first: the list may be cut
+        raise ValueError(f"`{name}` must be a known name, got {shown(value)}{meant or ';'} known: {', '.join(map(str, options))}")
+    raise ValueError(f"`{name}` must be one of {', '.join(map(str, options))}; got {shown(value)}{meant}")
 
 
 def field(check: Callable[..., Any], default: Any = attrs.NOTHING, *, optional: bool = False, kw_only: bool = False,
@@ -244,7 +250,7 @@ def library(name: str, what: str, extra: str) -> Any:
 
 
 def physical() -> float:
-    """Return the memory of this machine, bytes; infinite where the system does not tell."""
+    """Return the memory of this machine, bytes; infinite where the system does not report it."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):  # not on every system
@@ -256,8 +262,16 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def users_line() -> int:
+    """Return the ``stacklevel`` of a warning that points to the first caller outside of fvkit and its plug-ins."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "fvkit").startswith("fvkit"):
+        frame, level = frame.f_back, level + 1
+    return level
+
+
 def fits_memory(count: int, floats: int, name: str) -> None:
-    """Raise ValueError where ``count`` items of so many floats, which the argument ``name`` asks for, exceed the memory."""
+    """Raise ValueError where ``count`` items of so many floats, requested by the argument ``name``, exceed the memory."""
     needed, there = 8.0 * floats * count, physical()
     if needed > there:
         raise ValueError(f"`{name}` must fit into memory: {count} need about {needed / 1e9:.3g} GB, this machine has "

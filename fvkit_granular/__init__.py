@@ -9,6 +9,7 @@ from fvkit_granular.models.pitman_le import PitmanLe
 from fvkit_granular.models.reduced import Reduced
 from fvkit_granular.models.relaxation import Relaxation
 from fvkit_granular.models.shallow_water import ShallowWater
+from fvkit_granular.models.slope import SteepSlopeWarning
 from fvkit_granular.models.two_layer import TwoLayer
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.observers.front import Front
@@ -20,7 +21,6 @@ from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.reference import FunctionReference, Reference, SelfConverged
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shaped_flow import ShapedFlow
-from fvkit_granular.scenes.slope import SteepSlopeWarning
 from fvkit_granular.scenes.toml.read import load_scene
 from fvkit_granular.scenes.toml.write import scene_text
 from fvkit_granular.scenes.watch import Watch
@@ -59,7 +59,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import `exact` and scipy, or `plots`, `draw_map` and matplotlib, when they are first asked for."""
+    """Import `exact` and scipy, or `plots`, `draw_map` and matplotlib, when they are first used."""
     if name in ("MovingEquilibrium", "steady"):
         return getattr(import_module("fvkit_granular.exact.moving_equilibrium"), name)
     if name == "draw_map":

@@ -70,6 +70,13 @@ class Hydrograph(Continued):
     -----
     On ground that is dry everywhere at first the default of the model's ``dry`` is 1e-9 m; give a larger one for fewer steps.
     For supercritical inflow without ``depth`` the depth at the end is not controlled.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> flood = gr.Hydrograph(times=[0.0, 10.0, 60.0], discharge=[0.0, 2.0, 0.0], phi=[0.4, 0.5, 0.3])
+    >>> tuple(map(float, flood.at(5.0)))
+    (1.0, 0.45)
     """
 
     still: ClassVar[bool] = True
@@ -168,6 +175,13 @@ class FixedLevel(Continued):
     phi : solid fraction of the inflow, in [0, 1]; 0, clear water, by default.
     times : times of the levels, s, ascending; the level is constant before the first and after the last entry.
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> tide = gr.FixedLevel(level=[0.0, 1.0, 0.0], times=[0.0, 3600.0, 7200.0])
+    >>> float(tide.at(1800.0))
+    0.5
     """
 
     still: ClassVar[bool] = True
@@ -233,6 +247,19 @@ class UniformSlope(BoundaryCondition):
     Parameters
     ----------
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> slope, q = 0.02, 1.5
+    >>> depth = (0.03 * q / slope**0.5) ** 0.6
+    >>> river = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 100.0, 50), lambda x: [0.0 * x + depth, 0.0 * x + q], 10.0,
+    ...                    {"b": lambda x: -slope * x}, (gr.Hydrograph([0.0], [q], [0.0], [depth]), gr.UniformSlope()),
+    ...                    gr.Manning(0.03))
+    >>> bool(abs(fv.solve(river, backend="numpy").q[-1] - river.q0).max() < 1e-12)
+    True
     """
 
     slope: float | None = attrs.field(default=None, converter=attrs.converters.optional(
@@ -269,6 +296,16 @@ class GivenFlow(Given):
     phi : solid fraction in [0, 1].
     vs, vf : velocities of solid and fluid, m/s, positive to the right.
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> inflow = gr.GivenFlow(h=1.0, phi=0.4, vs=5.0, vf=5.0)
+    >>> channel = fv.Problem(gr.TwoPhase(), fv.Grid(0.0, 1.0, 20), np.zeros((4, 20)), 1.0, boundary=(inflow, fv.Outflow()))
+    >>> fv.solve(channel, backend="numpy").observables()["h"].round(6).max().item()
+    1.0
     """
 
     # Annotated Any, not float: float fields are parameters of pointwise code, but only `values`, plain Python, reads these.

@@ -29,7 +29,7 @@ EARTH = (-12_000.0, 9_000.0)
 CODES = (-999.0, -32768.0, -32767.0, 32767.0, *(sign * (10.0**digits - 1.0) for digits in range(4, 11) for sign in (-1.0, 1.0)))
 HUGE = 1e19
 
-#: Height over length of a ground that is hardly meant: both in the same unit it lies between these.
+#: Height over length of a profile that is implausible, as when its columns have the wrong unit: below or above these.
 FLAT, STEEP = 1e-3, 2.0
 
 #: Lengths from which a ground that is all but flat is noticed, and the highest number that may be kilometres, m.

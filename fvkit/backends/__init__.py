@@ -16,7 +16,7 @@ from fvkit.problem.problem import Problem
 from fvkit.schemes.riemann import RiemannSolver
 from fvkit.schemes.scheme import Parts, Scheme
 
-#: What a caller may ask for, and the environment variable that says what ``"auto"`` means.
+#: Names of the backends, and the environment variable that replaces ``"auto"``.
 BACKENDS, VARIABLE = ("auto", "numba", "numpy"), "FVKIT_BACKEND"
 
 __all__ = [
@@ -51,7 +51,7 @@ def backend_for(riemann: RiemannSolver, backend: str) -> str:
 
 
 def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: str) -> int:
-    """Return a number of threads; ``"all"`` stands for the cores of this process where threads pay, else for one."""
+    """Return a number of threads; ``"all"`` means the cores of this process where threads pay, else one."""
     if threads != "all":
         return validation.whole(threads, "threads", at_least=1, hint='or "all"')
     pays = problem.grid.size >= SMALLEST and not scheme.program.registers and scheme.riemann.compilable and available()
@@ -59,14 +59,14 @@ def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: s
 
 
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, every: tuple[Parts, ...], threads: int = 1) -> Kernel:
-    """Return the kernel of a backend; ``"auto"`` compiles where numba is at hand and the Riemann solver lets it.
+    """Return the kernel of a backend; ``"auto"`` compiles where numba is installed and the Riemann solver is compilable.
 
     ``$FVKIT_BACKEND`` overrides ``"auto"``.
 
     Raises
     ------
     ValueError
-        If ``"numba"`` or threads are asked for and numba is not installed or switched off, or for threads with too few cells.
+        For ``"numba"`` or threads if numba is not installed or switched off, or for threads with too few cells.
     Untraceable
         If a stage of the scheme needs whole arrays and is to be compiled; parts that do are refused before.
     """

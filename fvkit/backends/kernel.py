@@ -74,12 +74,12 @@ class Kernel(ABC):
                 row[ghosts] = component
 
     def _stand_behind(self, rows: np.ndarray) -> None:
-        """Put rows behind the given functions; ghost cells get those of the cells they look at."""
+        """Put rows behind the given functions; ghost cells get those of the cells that they copy."""
         self.aux = np.concatenate([self.aux, rows])
         self.aux_edges = np.concatenate([self.aux_edges, rows[:, self._seen_by_ghosts()]])
 
     def _seen_by_ghosts(self) -> list[int]:
-        """The cells of the grid that all ghost cells look at, from left to right."""
+        """The cells of the grid that all ghost cells copy, from left to right."""
         return [cell for ghosts, seen in self.ghosts for cell in _within(seen, self.halo, len(ghosts))]
 
     def set_fields(self, t: float) -> None:
@@ -89,7 +89,7 @@ class Kernel(ABC):
         self.aux[here], self.aux_edges[here] = rows, rows[:, self._seen_by_ghosts()]
 
     def _add_background(self, averages: np.ndarray) -> None:
-        """Put what the scheme wants to know of the background behind the given functions."""
+        """Add the rows of the background that the scheme needs behind the given functions."""
         problem, halo = self.problem, self.halo
         flow, aux = self.padded(averages), self.padded_aux()
         with np.errstate(all="ignore"):
@@ -118,7 +118,7 @@ class Kernel(ABC):
         return tuple(side.values(self.parts.model, t) for side in self.problem.ends)
 
     def restarted(self) -> None:
-        """Forget what is known of the state, since another one has been put in its place; nothing by default."""
+        """Drop cached properties of the state after it was replaced; nothing by default."""
         return
 
     @property
@@ -153,7 +153,7 @@ class Kernel(ABC):
 
 
 def ghosts_and_seen(reads: str, left: bool, halo: int, n: int) -> tuple[range, range]:
-    """Return the ghost cells of one side of n cells, and for each the cell that it looks at."""
+    """Return the ghost cells of one side of n cells, and for each the cell that it copies."""
     ghosts = range(halo) if left else range(halo + n, n + 2 * halo)
     if reads == "opposite":
         return ghosts, range(n, n + halo) if left else range(halo, 2 * halo)
@@ -186,5 +186,5 @@ def as_slice(cells: range) -> slice:
 
 
 def _within(seen: range, halo: int, count: int) -> list[int]:
-    """Cells of the grid, counted from its first, that ``count`` ghost cells look at."""
+    """Cells of the grid, counted from its first, that ``count`` ghost cells copy."""
     return [cell - halo for cell in seen] * (count // len(seen))

@@ -105,7 +105,7 @@ class March:
         return self._buffers[1 - self.count[4] % 2]
 
     def accept(self, t: float, dt: float, cfl: float, rejected: int, passed: np.ndarray) -> None:
-        """Make the trial state the accepted one, at time t; dt is the next step, ``passed`` what it adds to ``masses``.
+        """Make the trial state the accepted one, at time t; dt is the next step, ``passed`` the additions to ``masses``.
 
         It happens in one assignment, so that Ctrl-C finds a step whole or not at all.
         """
@@ -115,7 +115,7 @@ class March:
         self.books = real, count, self.masses + passed
 
     def refuse(self, dt: float, rejected: int) -> None:
-        """Note the steps that were tried in vain, and the length that would have come next."""
+        """Record rejected steps, and the length of the next one."""
         self.rejected += rejected
         if rejected:
             self.dt = dt

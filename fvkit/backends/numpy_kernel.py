@@ -144,7 +144,7 @@ class NumpyKernel(StepwiseKernel):
         return {"q": tuple(q[:, here]), "aux": tuple(self._aux[:, here])}
 
     def _set_mass_fluxes(self, fields: dict[str, Field], start: int, n: int) -> None:
-        """Let pass an end of the grid what its boundary condition says."""
+        """Impose the mass fluxes of the boundary condition at an end of the grid."""
         here = start == 0, start + n == self.cells
         for end, values, met, face in zip(self.problem.ends, self._given_values, here, (0, n), strict=True):
             if met and MASS_FLUX in fields:

@@ -16,7 +16,7 @@ Field = tuple[Any, ...]
 
 
 class Runner:
-    """Runs the stages of a plan over chunks of cells. Entry 0 of a field is the place that ``lows`` says."""
+    """Runs the stages of a plan over chunks of cells. Entry 0 of a field is at the place ``lows``."""
 
     def __init__(self, parts: Parts, plan: Plan, lengths: set[int]) -> None:
         self.parts, self.plan = parts, plan
@@ -53,7 +53,7 @@ class Runner:
         return result
 
     def part(self, field: str, offset: int, low: int, high: int, n: int) -> slice:
-        """What a stage covering the places low .. n + high - 1 sees of a field at an offset."""
+        """The part of a field at an offset that a stage covering the places low .. n + high - 1 reads."""
         return slice(low + offset - self.lows[field], n + high + offset - self.lows[field])
 
 
@@ -91,7 +91,7 @@ def accepted(q: np.ndarray, masses: Sequence[int], sees: Sequence[tuple[Any, Seq
 
 
 def cut(value: Any, here: Any) -> Any:
-    """The same part of every array in nested tuples; scalars stay what they are."""
+    """The same part of every array in nested tuples; scalars are unchanged."""
     if not isinstance(value, tuple):
         return value[here] if type(value) is np.ndarray and value.ndim else value
     return tuple([(item[here] if item.ndim else item) if type(item) is np.ndarray

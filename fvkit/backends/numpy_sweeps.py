@@ -64,7 +64,7 @@ class NumpySweep(Sweep):
         return Report(float(np.maximum.reduce(speeds)), flux, lost, first)
 
     def _impose(self, given: list[tuple[int, slice, Any]], fields: dict[str, Field], here: slice) -> None:
-        """Let pass the sides what their conditions say."""
+        """Impose the mass fluxes of the conditions at the sides."""
         for side, lanes, through in given:
             low, high = max(lanes.start, here.start), min(lanes.stop, here.stop)
             if low >= high or MASS_FLUX not in fields:

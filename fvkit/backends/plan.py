@@ -27,7 +27,7 @@ class Plan:
 
 
 def plan(stages: tuple[Stage, ...]) -> Plan:
-    """Work backwards from what the last stage writes on the cells of a tile to what every stage must cover."""
+    """Return the range of every stage, backwards from the fields that the last stage writes on the cells of a tile."""
     needed: dict[str, tuple[int, int]] = dict.fromkeys(stages[-1].writes, (0, 0))
     ranges: list[tuple[int, int]] = []
     for stage in reversed(stages):

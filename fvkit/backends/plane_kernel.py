@@ -29,7 +29,7 @@ Kept = list[tuple[Places | None, np.ndarray]]
 
 
 class PlaneKernel(StepwiseKernel):
-    """A kernel of a grid with two axes: a subclass says who runs the sweeps."""
+    """A kernel of a grid with two axes: a subclass runs the sweeps."""
 
     sweep_kind: type[Sweep]
 
@@ -106,7 +106,7 @@ class PlaneKernel(StepwiseKernel):
         kept: Kept = []
         try:
             return self._tried(march, dt, kept)
-        finally:  # also where Ctrl-C ends it: the accepted state is what a run saves
+        finally:  # also after Ctrl-C: a run saves the accepted state
             for where, values in kept[::-1]:
                 self._put(march.now, where, values)
 
@@ -182,14 +182,14 @@ class PlaneKernel(StepwiseKernel):
         return good
 
     def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
-        """Find where something stands, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the rest."""
+        """Find the cells with mass, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the others."""
 
     def _clear(self, row: np.ndarray) -> None:
         """Set to 0 a padded row that sweeps write."""
         row[:] = 0.0
 
     def _look_across(self, q: np.ndarray, t: float, filled: Sweep) -> None:
-        """Write the velocity of each phase across every axis, what pushes it there and the mass that bears it.
+        """Write the velocity of each phase across every axis, its push there and the mass that takes it.
 
         The ghost cells of the sweep ``filled`` hold those of time t already.
         """
@@ -217,7 +217,7 @@ class PlaneKernel(StepwiseKernel):
             row[... if where is None else where] = component
 
     def _act(self, source: Any, q: np.ndarray, dt: float, gained: np.ndarray, where: Places | None) -> bool:
-        """Let a source act on its cells for dt, add what it makes of each mass to ``gained``; tell whether it did anything."""
+        """Apply a source to its cells for dt, add the change of each mass to ``gained``; return whether anything changed."""
         inside, sweep = self._cells(q, where), self.sweeps[0]
         if where is not None and not source.wets and not inside.any():
             return False

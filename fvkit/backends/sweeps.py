@@ -22,9 +22,9 @@ FIRST, SECOND, LAST = range(3)
 
 
 class Border(NamedTuple):
-    """A section of a side, with the ghost cells there and the cells that these look at, both along the axis.
+    """A section of a side, with its ghost cells and the cells that these copy, both along the axis.
 
-    ``kept`` holds the values of a steady condition, ``quiet`` says that its ghost cells are 0 where the cells they look at are.
+    ``kept`` has the values of a steady condition; with ``quiet`` its ghost cells are 0 where the cells that they copy are.
     """
 
     section: Section
@@ -79,7 +79,7 @@ class Sweep(ABC):
         return Border(section, as_slice(ghosts), as_slice(seen), count[:, None], kept, quiet)
 
     def _quiet(self, section: Section, values: Any) -> bool:
-        """Whether nothing comes in where nothing stands: of a state of zeros the ghost cells are zeros."""
+        """Whether ghost cells of a dry side are dry: those of a state of zeros are zeros."""
         end, zeros = section.first, (np.zeros(1),) * len(self.rows)
         if any(np.any(np.nan_to_num(through)) for through in imposed(end, self.model, values)):
             return False
@@ -120,7 +120,7 @@ class Sweep(ABC):
                     whole[row, ghosts, lanes] = item
 
     def fill_given(self, padded: np.ndarray, rows: slice, of_the_model: bool) -> None:
-        """Fill the ghost cells of given rows: those of the model as the conditions say, others as the cells they look at."""
+        """Fill the ghost cells of given rows: those of the model by the conditions, others with the cells that they copy."""
         whole = self.lines(padded)[rows]
         for side in self.borders:
             for section, ghosts, seen, _, _, _ in side:
@@ -134,7 +134,7 @@ class Sweep(ABC):
                     whole[:, outside, lane] = end.ghost_aux(self.model, whole[:, inside, lane], distance)
 
     def fluxes(self) -> list[tuple[int, slice, Any]]:
-        """What conditions let through, for each section where they do: side, cells along it and the flux of each mass."""
+        """Mass fluxes that conditions impose, for each section: side, cells along it and the flux of each mass."""
         found = []
         for side, (borders, given) in enumerate(zip(self.borders, self.values, strict=True)):
             for border, values in zip(borders, given, strict=True):

@@ -59,7 +59,7 @@ def cited(parts: Iterable[Any]) -> tuple[Work, ...]:
 
 
 def sentence(parts: Iterable[Any]) -> str:
-    """Return what files carry: the works of the parts of a run, and the package; its version stands beside it there."""
+    """Return the citations that files contain: the works of the parts of a run, and the package without its version."""
     return "; ".join(work.sentence() for work in (*cited(parts), package()))
 
 

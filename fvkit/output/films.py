@@ -81,7 +81,7 @@ def checked_film(path: str | Path) -> Path:
 
     target = Path(path)
     if target.suffix not in (".gif", ".mp4"):
-        raise ValueError(f"a film must end in .gif or .mp4, got {validation.shown(target.name)}")
+        raise ValueError(f"an animation must end in .gif or .mp4, got {validation.shown(target.name)}")
     if target.suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise ValueError("an .mp4 needs the program ffmpeg, which is not installed: install it, or write a .gif")
     return target

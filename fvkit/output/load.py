@@ -37,6 +37,18 @@ def load(path: str | Path) -> Solution:
         For ``.nc`` without the extra ``io``.
     FileNotFoundError
         If the file does not exist.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> solution = fv.solve(gr.scene("dam-break").problem(gr.ShallowWater, 50), backend="numpy")
+    >>> with TemporaryDirectory() as folder:
+    ...     again = fv.load(solution.save(f"{folder}/run.npz"))
+    >>> np.array_equal(again.q, solution.q), again.model == solution.model
+    (True, True)
     """
     source = validation.file(path, "path")
     if source.suffix == ".nc":

@@ -22,10 +22,10 @@ SHADES = ("#C9A66B", "#8FC1E3", "#B9B9D9")
 #: Arrows along the longer side of a map, and how many of their spacings the longest is long.
 ARROWS, LONGEST = 25, 1.6
 
-#: Height of the figure of a map, inches: of what stands around the map, and the least and the largest.
+#: Height of the figure of a map, inches: of title and axes around the map, and the least and the largest.
 AROUND, LOWEST, HIGHEST = 0.9, 2.4, 9.0
 
-#: How far above a map the key of its arrows stands, pixels.
+#: Distance of the key of the arrows above a map, pixels.
 ABOVE = 12.0
 
 #: A relief of more than so many largest depths hides the flow: depths are enlarged to about this share of it.
@@ -225,7 +225,7 @@ def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: s
     shown, unit = float(f"{largest:.1g}"), quantities(solution.model, solution.grid)[speed_name(chosen)][0]
     target.quiverkey(arrows, 0.5, 1.0 + ABOVE / target.bbox.height, shown, f"{chosen} = {shown:g} {unit}", labelpos="E",
                      fontproperties={"size": "small"})
-    target.set_title(f"{_title(solution, i)}\n")  # the key stands in its second line
+    target.set_title(f"{_title(solution, i)}\n")  # the key of the arrows is in its second line
     return target
 
 

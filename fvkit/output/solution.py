@@ -35,6 +35,14 @@ class Solution:
     message : one sentence: the status, with time and position of a failure.
     configuration : JSON data: model, scheme, boundary, sources, grid and times with all defaults, backend, versions,
         status, statistics, citation. `fvkit.output.configuration.build` restores its objects.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> solution = fv.solve(gr.scene("dam-break").problem(gr.ShallowWater, 100), backend="numpy")
+    >>> solution.q.shape, solution.status.name, list(solution.observables())
+    ((2, 2, 100), 'FINISHED', ['h', 'v', 'surface'])
     """
 
     t: np.ndarray

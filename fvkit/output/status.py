@@ -12,7 +12,14 @@ from fvkit.validation import Portable
 
 
 class Status(Enum):
-    """Outcome of a run; the value of each member is a sentence for messages."""
+    """Outcome of a run; the value of each member is a sentence for messages.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Status.FINISHED.name, fv.Status.FINISHED.value
+    ('FINISHED', 'the end time was reached')
+    """
 
     FINISHED = "the end time was reached"
     MAX_STEPS = "the number of steps reached its limit, max_steps, before the end time"
@@ -49,6 +56,14 @@ class Stats:
     entered : mass balance, {side or source: {mass: net mass that came in there}}, negative where more has left: through "left",
         "right" and by "sources", all together; with two axes through "west", "east", "south", "north" and by each source of
         its own, "Rain", "Rain 2", "Drain". Their sum is the change of mass, but for ``mass_drift``.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> stats = fv.solve(gr.scene("dam-break").problem(gr.ShallowWater, 100), backend="numpy").stats
+    >>> stats.backend, stats.max_cfl <= 1.0, abs(stats.mass_drift["h"]) < 1e-14
+    ('numpy', True, True)
     """
 
     steps: int
@@ -118,6 +133,15 @@ class SolveError(Portable, RuntimeError):
     names : names of the components of the state.
     across : y of the failure, m, on a grid with two axes.
     solution : the partial `Solution`; None for a `Stepper` used without `solve`.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> problem = gr.scene("dam-break").problem(gr.ShallowWater, 100)
+    >>> found = fv.solve(problem, limits=fv.Limits(steps=3), backend="numpy", throw=False)
+    >>> found.status.name, found.stats.steps
+    ('MAX_STEPS', 3)
     """
 
     def __init__(self, status: Status, time: float, cell: int, x: float, state: np.ndarray, step: int,

@@ -1,9 +1,9 @@
-"""The pointwise contract: what a method may contain so that one source serves every backend.
+"""The pointwise contract: rules for methods, so that one source serves every backend.
 
 Two checks, both before the first step. *Tracing*: the method runs once on symbols, which see all that it does, through helpers,
 closures, comprehensions and loops alike; what has no meaning for them is refused with file, line and rule. *Rehearsal*: it runs
 once on a few cells of the real initial state. Both answers must have the right number of components of the right shape. What the
-user's own code raises passes through unchanged. `agree` then compares numbers with what the part's contract promises.
+user's own code raises passes through unchanged. `agree` then compares numbers with those that the contract of the part requires.
 """
 
 import inspect
@@ -18,18 +18,29 @@ import numpy as np
 from fvkit.pointwise.part import Part
 from fvkit.pointwise.tracing import Expr, Graph, Untraceable, with_symbols
 
-#: Share of the largest value by which rounding may miss what a contract promises.
+#: Tolerance for rounding when values are compared with a contract, relative to the largest value.
 ROUNDING = 1e-10
 #: Packages whose frames no user looks for.
 _OTHERS = {"fvkit", "numpy", *sys.stdlib_module_names}
 
 
 class PointwiseError(TypeError):
-    """A pointwise method breaks a rule; the message names method, file, line and rule."""
+    """A pointwise method breaks a rule; the message names method, file, line and rule.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> class Branching(fv.Burgers):
+    ...     def flux(self, q):
+    ...         return (q[0] if q[0] > 0.0 else 0.0,)
+    >>> fv.Problem(Branching(), fv.Grid(0.0, 1.0, 5), lambda x: [x], 1.0)  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    fvkit.pointwise.contract.PointwiseError: `flux` must not branch on values: use fv.where
+    """
 
 
 class Answer(NamedTuple):
-    """What must come out: a tuple of so many components, one value and no tuple (None), or waves of so many, and their speeds."""
+    """Form of a result: a tuple of so many components, one value and no tuple (None), or waves of so many, and their speeds."""
 
     components: int | None
     optional: bool = False
@@ -52,7 +63,7 @@ def check(part: Part, method: str, arguments: tuple[Any, ...], wanted: Answer, l
 
 
 def _trace(part: Part, method: str, arguments: tuple[Any, ...]) -> Any:
-    """Return what a method makes of symbols in place of all parameters, numbers and arrays."""
+    """Return the result of a method with symbols in place of all parameters, numbers and arrays."""
     graph = Graph()
 
     def symbol(operation: str = "uniform") -> Expr:
@@ -81,7 +92,7 @@ def _trace(part: Part, method: str, arguments: tuple[Any, ...]) -> Any:
 
 
 def _reason(error: Any) -> str | None:
-    """Which rule an error says to be broken; None for one of the user's own."""
+    """Return the rule that an error belongs to; None for an error of user code."""
     if isinstance(error, Untraceable):
         return str(error)
     if isinstance(error, NameError):
@@ -151,13 +162,13 @@ def _describe(result: Any) -> str:
 
 
 def agree(part: Part, method: str, found: Any, wanted: Any, rule: str, size: float = 0.0) -> None:
-    """Raise ValueError where a method's values miss those that its contract promises by more than rounding; NaN passes.
+    """Raise ValueError where a method's values differ from those of its contract by more than rounding; NaN passes.
 
     Parameters
     ----------
     part, method : who answered.
     found, wanted : rows of values, or one row.
-    rule : what the contract says.
+    rule : text of the rule.
     size : of the numbers that ``found`` was added up of; rounding is a share of that, or of the largest value of a row.
     """
     one, other = np.broadcast_arrays(*(np.array(np.broadcast_arrays(*(rows if isinstance(rows, tuple) else (rows,))))

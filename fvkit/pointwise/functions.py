@@ -2,7 +2,7 @@
 
 Write models, solvers, limiters and sources with arithmetic, ``np.sqrt`` and its like, and these.
 ``where``, ``maximum`` and ``minimum`` are NumPy's own; the others work on *tuples* of components
-of any length, so that a Riemann solver need not know how many equations its model has.
+of any length, so that a Riemann solver works for any number of equations.
 """
 
 import operator

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-#: Types of the fields that pointwise code sees.
+#: Types of the fields that are parameters of pointwise code.
 _NUMBERS = (float, int, float | None, "float", "int", "float | None")
 
 
@@ -19,7 +19,7 @@ class Part:
 
     Subclasses are abstract or final. Decorate yours with ``@attrs.frozen`` when it has parameters,
     and annotate each with ``float``: pointwise methods see these, their class and nothing else through ``self``.
-    ``questions`` are the methods that others ask for, see `fvkit.problem.questions`.
+    ``questions`` are the methods that other parts call, see `fvkit.problem.questions`.
     """
 
     #: Works to cite for results that the part has made, `fvkit.output.citation.Work`.
@@ -79,7 +79,7 @@ def unwrapped(part: Any) -> Any:
 
 
 def default(method: Any) -> Any:
-    """Mark a method of an abstract base as the default, so that `Part.defines` can tell."""
+    """Mark a method of an abstract base as a default, which `Part.defines` does not count as defined."""
     method.is_default = True
     return method
 

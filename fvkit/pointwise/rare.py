@@ -13,7 +13,7 @@ def rarely(condition, value: Callable[[], Any], otherwise):
     """Return ``where(condition, value(), otherwise)`` for a condition that few cells or faces meet.
 
     NumPy does not call ``value`` if no entry meets it. Compiled code has two versions of the loop, and takes the one without
-    ``value`` in tiles where no cell or face meets it; a third, short loop asks. Numbers do not depend on it.
+    ``value`` in tiles where no cell or face meets it; a short loop before them decides. The numbers are the same.
 
     Parameters
     ----------

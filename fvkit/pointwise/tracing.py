@@ -40,7 +40,7 @@ class Graph:
         return self._known[key]
 
     def function(self, name: str, *values: Any) -> Any:
-        """Return what a NumPy function makes of symbols and numbers."""
+        """Return the result of a NumPy function of symbols and numbers."""
         if name not in _FUNCTIONS:
             raise Untraceable(f"np.{name} does not take cells one by one, as pointwise code does (no sums, no extremes, no "
                               f"shifts); these do: {', '.join(sorted(_FUNCTIONS))}")
@@ -56,7 +56,7 @@ def keeping_nan(item: Any) -> Any:
 
 
 class Expr:
-    """A symbol: stands for one number per cell or face, and records what is done with it."""
+    """A symbol: represents one number per cell or face, and records the operations on it."""
 
     __slots__ = ("arguments", "graph", "index", "operation", "uniform")
 

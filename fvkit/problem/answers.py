@@ -1,4 +1,4 @@
-"""What a model answers at a place, whatever its methods take: the one way in which solvers and schemes ask.
+"""Flux and wave speeds of a model at a place, with or without aux values: solvers and schemes call them here.
 
 ``flux(q)`` and ``wave_speeds(q)`` may take the aux values as well, where the law depends on x: which of them do is decided
 once, when the class of the model is made (`Model.takes_aux`), and the others make the same code as ever.

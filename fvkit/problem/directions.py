@@ -84,7 +84,7 @@ def _split(model: Model) -> set[int]:
 
 
 def _places(model: Model) -> list[int]:
-    """Where each row of a model stands in the state with two axes; that of a vector first its component along x."""
+    """The row of the state with two axes for each row of a model; for a vector that of its component along x."""
     split, places = _split(model), []
     for k in range(len(model.conserved)):
         places.append(k + sum(row < k for row in split))

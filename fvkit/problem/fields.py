@@ -1,6 +1,6 @@
 """Numbers of sources that vary over the grid: cell averages, a function of x, or a function of x and t.
 
-Their cell averages stand as rows behind the aux values of a run. A source sees its field as one number per cell, at a face the
+Their cell averages are rows behind the aux values of a run. A source sees its field as one number per cell, at a face the
 mean of both sides; the model sees its own aux values alone.
 """
 
@@ -22,7 +22,7 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
     """Declare a numeric field of a source that may vary over the grid, validated against the bounds of `fvkit.validation.real`.
 
     It takes a number, cell averages (num_cells,), a function of x, or a function of (x, t); on a grid with two axes averages
-    (ny, nx), or a function of (x, y) or (x, y, t). A function of time with a method ``averages(t)`` is asked for those instead.
+    (ny, nx), or a function of (x, y) or (x, y, t). Of a function of time with a method ``averages(t)`` that is used instead.
     What a function returns is validated when a `fvkit.Problem` averages it.
     """
     def convert(value: Any, field: Any) -> Any:
@@ -39,7 +39,7 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
 
 
 def _is_map(value: Any) -> bool:
-    """Whether a value is meant as rows of cells, an array or nested lists, not empty."""
+    """Whether a value is rows of cells: an array or nested lists, not empty."""
     if hasattr(value, "ndim"):
         return bool(value.ndim == 2 and value.size)
     return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(row, (list, tuple)) and row for row in value)
@@ -62,7 +62,7 @@ def cells_with(value: Any) -> np.ndarray | None:
 
 
 def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
-    """Whether a function asks for t behind its places: one argument more without a default."""
+    """Whether a function takes t after its places: one more argument without a default."""
     try:
         given = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # a ufunc of NumPy, say
@@ -188,7 +188,7 @@ def _values(rows: Any, components: int | None) -> Any:
 
 
 def seen_as(part: Any, kind: Any, values: dict[str, Any]) -> Any:
-    """Return a part of class ``kind`` with the same fields, some of them replaced; no converter is asked."""
+    """Return a part of class ``kind`` with the same fields, some of them replaced; no converter is called."""
     result: Any = object.__new__(kind)
     for field in type(part).__attrs_attrs__:
         object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(part, field.name))

@@ -164,7 +164,7 @@ class Grid:
         return " x ".join(str(axis.num_cells) for axis in self.axes)
 
     def located(self, cell: int) -> str:
-        """Return the place of a cell in words, such as "x = 2.5, y = 1", with as many digits as tell cells apart."""
+        """Return the place of a cell in words, such as "x = 2.5, y = 1", with as many digits as distinguish cells."""
         return ", ".join(f"{name} = {value:.{axis.digits}g}"
                          for name, axis, value in zip(NAMES, self.axes, self.place(cell), strict=False))
 

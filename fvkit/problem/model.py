@@ -1,4 +1,4 @@
-"""`Model`: a hyperbolic system as a set of questions that solvers, boundaries and schemes ask."""
+"""`Model`: a hyperbolic system, as the methods that solvers, boundaries and schemes call."""
 
 import inspect
 from abc import ABC, abstractmethod
@@ -19,6 +19,12 @@ class Phase(NamedTuple):
     """A phase of a model: the rows of q that are its masses, never negative, and the row of their momentum.
 
     The last mass is the one that bears the momentum. Walls, positivity, mass balances, drag and friction are derived from it.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Phase(masses=(0,), momentum=1)
+    Phase(masses=(0,), momentum=1)
     """
 
     masses: tuple[int, ...]
@@ -30,30 +36,46 @@ class Model(Part, ABC):
     """Abstract system q_t + f(q)_x + B(q) q_x = S(q, x). Contract:
 
     1. ``conserved`` names the components of q, in order. ``aux`` names the given functions of x it needs.
-    2. ``flux(q)`` and ``wave_speeds(q)`` are required; every other question has a default. Where the law depends on x they are
+    2. ``flux(q)`` and ``wave_speeds(q)`` are required; every other method has a default. Where the law depends on x they are
        ``flux(q, aux)`` and ``wave_speeds(q, aux)``: each side of a face has the aux values of its own cell. Core and solvers ask
        through `fvkit.problem.answers`, which serves both.
     3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
-       arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``, put together by whatever Python has; ``self`` gives
-       float fields, methods and constants of the class.
+       arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``, in ordinary Python; ``self`` gives float fields,
+       methods and constants of the class.
     4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
        momentum, the mass that carries it last. Walls, positivity, treatment of dry faces, conservation statistics, drag
        and friction are derived from it. () for a general law.
     5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
        fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
     6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
-    7. A solver bounds the speeds of *all* states between both sides of a face. Those of both sides do where every speed is
-       monotone between two states, as in convex laws; else define ``speeds_between(ql, qr)``. Of a scalar law without it some
-       states between are looked at where speeds are not monotone around the initial state; a system is warned of.
+    7. A solver needs bounds of the speeds of *all* states between both sides of a face. The speeds of both sides are bounds if
+       every speed is monotone between two states, as in convex laws; otherwise define ``speeds_between(ql, qr)``. For a scalar
+       law without it speeds are sampled between the states if they are not monotone near the initial state; a system warns.
     8. ``quantities`` gives unit and meaning of components, aux functions and observables, for files: {name: (unit, what)},
-       such as {"u": ("m s-1", "velocity")}; names that are missing go without a unit.
-    9. On a grid with two axes a sweep along each sees these equations. Momenta of ``phases`` have a row along each axis. Of a
-       model without phases ``vectors`` names rows that are components of one vector: ((1, 2),) where sweeps see both components,
-       such as the momenta of gas dynamics, the second across; ((1,),) where the component across rests in a sweep, such as the
-       velocity of sound. A law that differs between the axes answers ``along(axis)``. A model of several components says one
-       of these, ``vectors = ()`` where none is that of a vector. ``dimensions`` is the most axes that it serves.
+       such as {"u": ("m s-1", "velocity")}; missing names have no unit.
+    9. On a grid with two axes each sweep solves these equations along one axis. Momenta of ``phases`` have a row along each axis.
+       A model of several components without phases defines ``vectors``, the rows that are components of a vector: ((1, 2),) if
+       sweeps use both components, such as the momenta of gas dynamics, the second across; ((1,),) if the component across does
+       not change in a sweep, such as the velocity of sound; () for no vector. A law that differs between the axes defines
+       ``along(axis)``. ``dimensions`` is the largest number of axes.
 
-    Thirty lines make a model: see the README. `Part.defines` says which questions a model answers.
+    `Part.defines` tests which methods a model defines.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> class Traffic(fv.Model):
+    ...     conserved = ("rho",)
+    ...
+    ...     def flux(self, q):
+    ...         return (q[0] * (1.0 - q[0]),)
+    ...
+    ...     def wave_speeds(self, q):
+    ...         return 1.0 - 2.0 * q[0], 1.0 - 2.0 * q[0]
+    >>> road = fv.Problem(Traffic(), fv.Grid(-1.0, 1.0, 50), lambda x: [np.where(x < 0.0, 0.8, 0.1)], 0.5)
+    >>> fv.solve(road, fv.WavePropagation(fv.HLL()), backend="numpy").success
+    True
     """
 
     questions = MODEL
@@ -106,19 +128,19 @@ class Model(Part, ABC):
 
     @default
     def difference(self, ql, qr, auxl, auxr):
-        """Return qr - ql; of a model that is seen from a known flow, less that of the flow."""
+        """Return qr - ql; relative to a background flow, less that of the flow."""
         return subtract(qr, ql)
 
     @default
     def balanced_difference(self, ql, qr, auxl, auxr):
-        """Return the part of qr - ql that is not equilibrium: what a viscosity may act on."""
+        """Return the part of qr - ql beyond an equilibrium, on which a viscosity may act."""
         return subtract(qr, ql)
 
     @default
     def lift(self, here, aux):
-        """Return what to add to q over ``aux`` so that rest is constant; linear in aux, frozen at the state ``here``.
+        """Return the term to add to q so that rest over ``aux`` is constant; linear in aux, frozen at the state ``here``.
 
-        High-order reconstructions see q + lift. Zero by default, and asked only where defined.
+        High-order reconstructions use q + lift. Zero by default, and used only where defined.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `lift`: q itself is reconstructed")
 
@@ -139,7 +161,7 @@ class Model(Part, ABC):
     def cell_integral(self, ql, qr, q, aux):
         """Return the integral of f_x + B q_x - source over a cell with face states ql, qr and polynomials q and aux.
 
-        Asked only where defined: else it is the flux difference or, where ``jump`` is defined, built from jumps.
+        Used where defined; otherwise it is the flux difference or, where ``jump`` is defined, built from jumps.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `cell_integral`: the scheme builds it from the others")
 
@@ -173,35 +195,34 @@ class Model(Part, ABC):
     def relaxation(self, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) that keep every mass non-negative, for any data. No default.
 
-        Where a model defines it, any other solver falls back to it at faces next to dry ground. The ``jump`` of a scheme is what
-        sources leave of it; the whole of it is ``jump.whole``.
+        Where a model defines it, any other solver falls back to it at faces next to dry ground. The ``jump`` of a
+        scheme is reduced by sources; ``jump.whole`` is the full one.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `relaxation`")
 
     @default
     def beyond(self, q, slopes, distance):
-        """Return the state that a flow with state q has ``distance`` m beyond it, positive to the right, where the aux functions
-        go on at ``slopes``, per metre to the right: rest must stay at rest, and uniform flow uniform.
+        """Return the state of a flow ``distance`` m beyond a cell with state q, positive to the right, where the aux functions
+        continue at ``slopes``, per metre to the right: rest must stay at rest, and uniform flow uniform.
 
-        Where defined, ends that are open let their aux functions go on: see ``fvkit.problem.boundary.Continued``.
+        Where defined, the aux functions continue beyond open ends, see ``fvkit.problem.boundary.Continued``.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `beyond`: the aux functions are constant beyond the ends")
 
     @default
     def settle(self, q):
-        """Return the state that a cell keeps after a step: what is too thin to move loses its momentum. Asked only
-        where defined."""
+        """Return the state of a cell after a step: layers that are too thin to move lose their momentum. Optional."""
         raise NotImplementedError(f"{type(self).__name__} defines no `settle`: cells keep what they get")
 
     @default
     def admissible(self, q):
-        """Return whether the state is physical. Asked only where a model defines it; masses are always checked."""
+        """Return whether the state is physical. Optional; masses are always checked."""
         raise NotImplementedError(f"{type(self).__name__} defines no `admissible`: the checks skip it")
 
     @default
     def hyperbolic_discriminant(self, ql, qr):
-        """Return a number per face, negative where the Roe mean has complex speeds; also with ``auxl, auxr``. Asked only where
-        defined."""
+        """Return a number per face, negative where the Roe mean has complex speeds; also with ``auxl, auxr``.
+        Optional."""
         raise NotImplementedError(f"{type(self).__name__} defines no `hyperbolic_discriminant`: faces are not counted")
 
     @default
@@ -210,32 +231,34 @@ class Model(Part, ABC):
         raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
 
     def along(self, axis: int) -> "Model":
-        """Return the equations along an axis, 0 for x and 1 for y: these ones, where they are the same in all directions."""
+        """Return the equations along an axis, 0 for x and 1 for y: by default the same for all."""
         return self
 
     def resolved(self, q0: np.ndarray) -> "Model":
-        """Return this model with the parameters that were left open (None) set to fit the initial state q0."""
+        """Return this model with parameters that are None set from the initial state q0."""
         return self
+
+    def check_validity(self, problem: Any) -> None:
+        """Warn where the data of a `Problem` leave the range in which the equations are valid; called when it is built."""
 
     def relief(self) -> str | None:
         """Return the name of the aux function whose slopes the equations depend on, see `fvkit.problem.relief`; None for none."""
         return None
 
     def on_slope(self, steepness: Any) -> "Model":
-        """Return the equations over a bottom of slope s, ``steepness`` = 1 + s^2; asked only where `relief` names a bottom."""
+        """Return the equations over a bottom of slope s, ``steepness`` = 1 + s^2; used only where `relief` names a bottom."""
         raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_slope`")
 
     def on_bed(self, root: Any, turning: tuple[Any, ...] = ()) -> Any:
         """Return the equations as sources see them on a bottom of slope s, ``root`` = sqrt(1 + s^2): depth, load normal to it.
 
-        ``turning`` holds u . Hess(b) u of each phase, m/s^2, or nothing; so much of it as counts is the field ``turning``.
+        ``turning`` is u . Hess(b) u of each phase, m/s^2, or empty.
         """
         raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_bed`")
 
     @default
     def preferred_riemann(self) -> Any:
-        """Return the Riemann solver of a run that names none. Asked only where defined: else it is Roe, or HLL for a model
-        without `decompose`."""
+        """Return the default Riemann solver. Optional: otherwise it is Roe, or HLL for a model without `decompose`."""
         raise NotImplementedError(f"{type(self).__name__} defines no `preferred_riemann`")
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
@@ -243,7 +266,7 @@ class Model(Part, ABC):
         return dict(zip(self.conserved, q, strict=True))
 
     def thicknesses(self, seen: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return what lies on the bottom, from below, {name: (n,)}, from the observables; empty: the model has no profile."""
+        """Return the layers on the bottom, from below, {name: (n,)}, from the observables; empty without a profile."""
         return {}
 
     def hyperbolicity_margin(self, q: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""`Problem`: what is solved, with no word about how."""
+"""`Problem`: model, grid, initial state, boundaries, sources and times, without numerics."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -56,7 +56,7 @@ def source_list(sources: Any) -> tuple[Source, ...]:
 
 @attrs.frozen(eq=False)
 class Problem:
-    """A model on a grid with initial state, bottom, boundaries, sources and times.
+    """Initial-boundary-value problem: a model on a grid with initial state, bottom, boundaries, sources and times.
 
     Building a problem checks it: the pointwise contract of model, boundaries and sources, shapes, finite values and
     non-negative masses.
@@ -69,13 +69,13 @@ class Problem:
         (num_eqn, num_cells) of cell averages. On a grid with two axes a function of x and y, each (my, mx) -> (num_eqn, my, mx),
         or an array (num_eqn, ny, nx), with a row for the momentum along each axis: (masses, momentum x, momentum y) per phase.
     t_end : end time, s, after ``t_start``.
-    aux : {name: function of x, (num_cells,) cell averages, or number}; names that the model knows, 0 where missing.
+    aux : {name: function of x, (num_cells,) cell averages, or number}; names of ``model.aux``, 0 where missing.
     boundary : one condition, (left, right), or {"left": condition, "right": condition}, where a missing side is `Outflow`. With
         two axes the sides are (west, east, south, north), and each may be an `Along`.
     sources : a `Source` or a sequence of them.
     t_start : start time, s.
-    background : a steady flow that schemes keep to rounding, so that small waves on it are resolved: function of x as
-        ``initial``, or (num_eqn, num_cells) cell averages; None for none. Rest needs none. One axis alone.
+    background : a steady flow that schemes preserve to rounding, so that small waves on it are resolved: function of x as
+        ``initial``, or (num_eqn, num_cells) cell averages; None for none. Rest needs none. One axis only.
 
     Attributes
     ----------
@@ -86,11 +86,11 @@ class Problem:
     conserved : tuple
         Names of the rows of q.
     directions : tuple
-        What sweeps along each axis see, `fvkit.problem.directions.Direction`.
+        The equations of sweeps along each axis, `fvkit.problem.directions.Direction`.
     background_averages : numpy.ndarray or None
         (num_eqn, num_cells) cell averages of the background.
     ends : tuple
-        (left, right), the boundary conditions as they are at the ends of this grid; () with two axes.
+        (left, right), the boundary conditions bound to the ends of this grid; () with two axes.
     sides : tuple
         With two axes, for each the sections of its lower and upper side, `fvkit.problem.side.Section`; else ().
     fields : tuple
@@ -102,6 +102,15 @@ class Problem:
         With the argument, what was given and what is allowed.
     fvkit.pointwise.contract.PointwiseError
         If a method breaks the pointwise contract.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> wave = lambda x: [np.sin(2.0 * np.pi * x)]
+    >>> problem = fv.Problem(fv.Burgers(), fv.Grid(0.0, 1.0, 4), wave, t_end=0.5, boundary=fv.Periodic())
+    >>> problem.conserved, problem.q0.round(3).tolist()
+    (('u',), [[0.637, 0.637, -0.637, -0.637]])
     """
 
     model: Model = attrs.field()
@@ -153,6 +162,7 @@ class Problem:
         slopes = () if ground is None else (Slopes(self.aux_averages[ground], self.grid, bends),)
         self._set("fields", slopes + varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
         self._check_contract()
+        self.model.check_validity(self)
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -188,7 +198,7 @@ class Problem:
 
     @property
     def seen(self) -> np.ndarray:
-        """The initial cell averages that the model sees along the first axis, (rows, cells)."""
+        """Initial cell averages of the rows of the model along the first axis, (rows, cells)."""
         rows = self.directions[0].rows
         whole = self.q0 if len(self.grid.axes) == 1 else self.q0[list(rows)]
         return whole.reshape(len(rows), -1)
@@ -200,7 +210,7 @@ class Problem:
 
     @property
     def given(self) -> tuple[np.ndarray, ...]:
-        """The given functions that the equations see, each of the shape of the grid: aux functions, then slopes of relief."""
+        """Given functions of the equations, each of the shape of the grid: aux functions, then slopes of relief."""
         slopes = [row for field in self.fields if isinstance(field, Slopes) for row in field.at(self.t_start)]
         return (*aux_rows(self.model, self.aux_averages), *slopes)
 
@@ -211,12 +221,12 @@ class Problem:
 
     @property
     def breaks(self) -> list[float]:
-        """Times, s, ascending, at which a step must end for the sake of a boundary condition or a field."""
+        """Times, s, ascending, at which a step must end because of a boundary condition or a field."""
         ends = [*self.ends, *(part.first for axis in self.sides for side in axis for part in side)]
         return sorted({t for part in (*ends, *self.fields) for t in part.breaks()})
 
     def sample(self) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
-        """A few cells of the initial state, spread over the grid, to rehearse pointwise methods on: q, aux, count."""
+        """A few cells of the initial state, spread over the grid, for checks of pointwise methods: q, aux, count."""
         return self._sample(self.directions[0].rows)
 
     def _sample(self, rows: Any) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], int]:
@@ -256,7 +266,7 @@ class Problem:
 
 
 def _check_mass_flux(model: Model, q: Any, aux: Any) -> None:
-    """Refuse a flux of a mass that depends on aux values: faces ask it of the state alone."""
+    """Refuse a flux of a mass that depends on aux values: faces compute it from the state alone."""
     with np.errstate(all="ignore"):
         moving = tuple([row + 0.5 for row in q])
         here, elsewhere = (answers.flux(model, moving, tuple([factor * row + factor for row in aux])) for factor in (1.0, 3.0))

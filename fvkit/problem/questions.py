@@ -1,4 +1,4 @@
-"""What parts may be asked, each question once: the checks of a problem, the conformance suites and the documents go by it.
+"""The methods of parts, each declared once: checks of a problem, conformance suites and documents use this table.
 
 A class of parts lists its questions as ``questions``; that of a plug-in adds its own,
 ``questions = (*Model.questions, Question(...))``.
@@ -15,12 +15,12 @@ from fvkit.pointwise.polynomial import polynomial
 
 
 class Question(NamedTuple):
-    """A pointwise method that is asked for.
+    """A pointwise method of a part.
 
     Attributes
     ----------
     name : of the method.
-    takes : names of its arguments, see `samples`; any other name stands for a number.
+    takes : names of its arguments, see `samples`; any other name is a number.
     answers : what it returns, see `check_answers`.
     asked_by : who asks.
     also : arguments that it may take as well, see `fvkit.Model.takes_aux`.
@@ -34,7 +34,7 @@ class Question(NamedTuple):
 
     @property
     def call(self) -> str:
-        """How it is asked, such as flux(q[, aux])."""
+        """Its signature, such as flux(q[, aux])."""
         return f"{self.name}({', '.join(self.takes)}" + (f"[, {', '.join(self.also)}])" if self.also else ")")
 
 
@@ -80,7 +80,7 @@ RECONSTRUCTION: tuple[Question, ...] = (Question("right", ("a", "b", "c", "d", "
 
 
 def samples(model: Any, q: tuple[Any, ...], aux: tuple[Any, ...]) -> dict[str, Any]:
-    """Return what stands for each argument, from states and aux values of some cells, tuples of arrays."""
+    """Return sample values of each argument, from states and aux values of some cells, tuples of arrays."""
     (qr, auxr), one = (tuple([row[::-1] for row in rows]) for rows in (q, aux)), np.ones(q[0].shape)
     return {
         "model": model, "ql": q, "qr": qr, "aux": aux, "auxl": aux, "auxr": auxr, "dt": 0.0,

@@ -1,4 +1,4 @@
-"""Relief: equations over a steep bottom. Its slopes stand behind the aux values; sources act in its tangent plane.
+"""Relief: equations over a steep bottom. Its slopes are rows behind the aux values; sources act in its tangent plane.
 
 On a steep bottom only a part of gravity acts in its tangent plane, and friction acts against the velocity along it. Waves and
 push see the equations of `Model.on_slope`, at a face with the mean slopes of both sides. For sources momenta are stretched by
@@ -29,7 +29,7 @@ class Slopes:
     ----------
     values : cell averages, of the shape of the grid.
     grid : the cells.
-    bends : whether second derivatives stand behind the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of slopes that are smoothed
+    bends : whether second derivatives follow the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of slopes that are smoothed
         by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. Of five differences in a row they have
         the median: it leaves out a cliff of one or two faces, and keeps the whole turn of a kink.
     """
@@ -124,7 +124,7 @@ class OverSlopes(Wrapper):
     part : the equations; their `Model.relief` names the aux function.
     axes : number of axes of the grid.
     number : of the axis of the sweep.
-    bends : whether second derivatives stand behind the slopes.
+    bends : whether second derivatives follow the slopes.
     """
 
     axes: int

@@ -26,13 +26,13 @@ def _condition(value: Any, name: str) -> Any:
 
 @attrs.frozen
 class Along(Part):
-    """Part of a side of a grid with two axes: an inflow through a gap, say.
+    """Boundary condition on a part of a side of a grid with two axes, such as an inflow through a gap.
 
     Parameters
     ----------
-    lower, upper : where along the side, m; cells whose centres lie between them have ``condition``.
-    condition : what is given there.
-    otherwise : what is given at the other cells of the side, a condition or another `Along`; None for a `Wall`.
+    lower, upper : range along the side, m; cells with centres in it have ``condition``.
+    condition : boundary condition there.
+    otherwise : that of the other cells of the side, a condition or another `Along`; None for a `Wall`.
 
     Examples
     --------

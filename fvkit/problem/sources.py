@@ -1,4 +1,4 @@
-"""Sources and how they alternate with the transport step."""
+"""Source terms: the base class `Source`, and given rates, `Forcing`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -25,27 +25,42 @@ class Source(Part, ABC):
        unconditionally stable, so a time step never depends on its strength, and it returns q for dt = 0.
     2. ``rate(model, q, aux)`` returns dq/dt of the same source; pointwise. `fvkit.rhs` uses it.
     3. ``check(model)`` raises ValueError, with the reason, for a model it cannot act on.
-    4. ``step`` may change masses, as rain and infiltration do, but makes none negative: it takes at most what is there. What it
-       brings is counted as entered (`fvkit.Stats`). Masses that it leaves alone it returns as it got them. ``driven`` and
-       ``implicit_rate`` never touch masses: a source of mass acts beside the transport.
+    4. ``step`` may change masses, as rain and infiltration do, but makes none negative: it takes at most the existing mass. The
+       change is counted as entered (`fvkit.Stats`). Masses that it does not change it returns unchanged. ``driven`` and
+       ``implicit_rate`` never change masses: a source of mass acts beside the transport.
     5. ``driven(model, before, after, bearing, aux, dt)``, where defined, returns the state after dt under a constant drive, which
-       alone takes ``before`` to ``after``, and the source; pointwise, with the masses of ``after``. ``bearing`` holds, for each
-       phase, the mass that the drive has acted on. Where drive and source
+       alone takes ``before`` to ``after``, and the source; pointwise, with the masses of ``after``. ``bearing`` is, for each
+       phase, the mass that the drive acts on. Where drive and source
        balance it returns the momenta of ``before``, to rounding. Wave propagation then lets source and transport act
-       together, in cells and at faces: see `acted` and `fvkit.schemes.stages.driven`. A source without it acts beside the
-       transport, as the ``splitting`` of the scheme says.
-    6. ``static = True`` says that it may hold at rest what is pushed.
-    7. ``between_phases = True`` says that it exchanges momentum between phases: it is refused where the model has
-       fewer than two, and a scene that is run with such a model leaves it out.
-    8. A numeric field may vary over the grid: cell averages (num_cells,), a function of x, or of (x, t). Methods see a number all
-       the same: that of the cell, or at a face the mean of both sides; of time, that of the middle of the step. Declare it with
-       `fvkit.problem.fields.number`, which validates it.
-    9. In two dimensions a source acts along the velocity of each phase, one ``between_phases`` along the slip: it sees the same
-       one-dimensional states, turned. ``turns = False`` says that it takes the state with the momenta along both axes, as it is.
-    10. Sources act on the cells of the grid alone: a boundary condition gives its ghost cells their state.
-    11. ``acts_in()`` returns the numbers of the cells in which alone it does anything, None for all: with two axes that saves
-        time, and idle ground stays idle. ``wets = False`` says that it brings no mass to dry ground. ``bends = True``
-        says that it needs the second derivatives of a bottom with relief.
+       together, in cells and at faces: see `acted` and `fvkit.schemes.stages.driven`. A source without it is split
+       from the transport.
+    6. ``static = True`` declares static friction: it may hold a pushed phase at rest.
+    7. ``between_phases = True`` declares that it exchanges momentum between phases: it is refused where the model has
+       fewer than two, and a scene that is run with such a model omits it.
+    8. A numeric field may vary over the grid: cell averages (num_cells,), a function of x, or of (x, t). Methods get a number
+       in any case: that of the cell, or at a face the mean of both sides; of time, that of the middle of the step. Declare it
+       with `fvkit.problem.fields.number`, which validates it.
+    9. In two dimensions a source acts along the velocity of each phase, one ``between_phases`` along the slip: it gets the same
+       one-dimensional states, turned. ``turns = False`` declares that it takes the state with the momenta along both axes.
+    10. Sources act on the cells of the grid only; boundary conditions determine the ghost cells.
+    11. ``acts_in()`` returns the numbers of the cells in which it acts, None for all: with two axes that saves time, and idle
+        blocks stay idle. ``wets = False`` declares that it brings no mass to dry ground, ``bends = True`` that it needs the
+        second derivatives of a bottom with relief.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> class Decay(fv.Source):
+    ...     def step(self, model, q, aux, dt):
+    ...         return (q[0] * np.exp(-dt),)
+    ...
+    ...     def rate(self, model, q, aux):
+    ...         return (-q[0],)
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 10), np.ones((1, 10)), 1.0, boundary=fv.Periodic(),
+    ...                      sources=Decay())
+    >>> print(f"{fv.solve(problem, backend='numpy').q[-1].mean():.12f}, exp(-1) = {np.exp(-1.0):.12f}")
+    0.367879441171, exp(-1) = 0.367879441171
     """
 
     questions = SOURCE
@@ -65,7 +80,7 @@ class Source(Part, ABC):
         return tuple((name, False) for name in self.parameter_names() if not is_number(getattr(self, name)))
 
     def acts_in(self) -> np.ndarray | None:
-        """Return the numbers of the cells, in arrays of cells, in which alone this source does anything; None for all."""
+        """Return the numbers of the cells, in arrays of cells, in which this source acts; None for all."""
         return None
 
     @abstractmethod
@@ -79,7 +94,7 @@ class Source(Part, ABC):
 
     @default
     def implicit_rate(self, model, q, aux, a):
-        """Return S(y) at the state y = q + a S(y), a >= 0 a time: what an implicit stage needs. Asked only where defined."""
+        """Return S(y) at the state y = q + a S(y), a >= 0 a time, for implicit stages. Optional."""
         raise NotImplementedError(f"{type(self).__name__} defines no `implicit_rate`: only splitting serves it")
 
     @abstractmethod
@@ -103,9 +118,9 @@ def _tuples(value: Any) -> Any:
 
 @attrs.frozen
 class Forcing(Source):
-    """A given rate of every component, dq/dt = rate(x, t): manufactured solutions, or a source that is known beforehand.
+    """A given rate of every component, dq/dt = rate(x, t): manufactured solutions, or a prescribed source.
 
-    Second order in time. What it makes of masses counts as entered: `fvkit.Stats`.
+    Second order in time. Changes of masses count as entered: `fvkit.Stats`.
 
     Parameters
     ----------

@@ -23,6 +23,12 @@ class Advection(Model):
     Parameters
     ----------
     speed : velocity, m/s, any sign; with two axes a pair (x, y).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Advection(2.0).flux((3.0,))
+    (6.0,)
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
@@ -47,7 +53,14 @@ class Advection(Model):
 
 @attrs.frozen
 class Burgers(Model):
-    """Inviscid Burgers equation u_t + (u^2/2)_x = 0; with two axes u_t + (u^2/2)_x + (u^2/2)_y = 0."""
+    """Inviscid Burgers equation u_t + (u^2/2)_x = 0; with two axes u_t + (u^2/2)_x + (u^2/2)_y = 0.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Burgers().flux((3.0,)), fv.Burgers().wave_speeds((3.0,))
+    ((4.5,), (3.0, 3.0))
+    """
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = {"u": ("m s-1", "velocity")}
@@ -74,6 +87,12 @@ class Acoustics(Model):
     ----------
     rho : density, kg/m^3, positive.
     bulk : bulk modulus K, Pa, positive.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> [float(speed) for speed in fv.Acoustics(rho=1.0, bulk=4.0).wave_speeds((0.0, 0.0))]
+    [-2.0, 2.0]
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("p", "u")

@@ -41,6 +41,19 @@ class Checkpoint:
     path : path of the file, ends in .npz; its folder must exist.
     seconds : wall time between two checkpoints, s, >= 0; None for no such interval.
     interval : simulated time between two checkpoints, s; None for no such interval.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> from tempfile import TemporaryDirectory
+    >>> problem = gr.scene("dam-break").problem(gr.ShallowWater, 50)
+    >>> with TemporaryDirectory() as folder:
+    ...     checkpoint = fv.Checkpoint(f"{folder}/run.npz")
+    ...     part = fv.solve(problem, limits=fv.Limits(steps=5), checkpoint=checkpoint, backend="numpy", throw=False)
+    ...     whole = fv.resume(checkpoint.path, limits=fv.Limits())
+    >>> part.stats.steps, whole.success
+    (5, True)
     """
 
     path: Path = attrs.field(converter=_path)

@@ -1,5 +1,6 @@
 """Observers, limits and stop rule of a run."""
 
+import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -9,8 +10,15 @@ import numpy as np
 from fvkit import validation
 from fvkit.output.status import Status
 from fvkit.pointwise.part import Part
+from fvkit.run.progress import duration
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop
+
+#: Share of the end time that the steps allowed must reach, at the rate so far, for a run to go on without a warning.
+SHORT = 0.5
+
+#: Wall time of the stepping, s, after which this is looked at, once.
+LOOK = 5.0
 
 
 @attrs.frozen
@@ -33,7 +41,7 @@ class Limits(Part):
     seconds: float | None = validation.optional_number(above=0.0)
 
     def used_up(self, steps: int, seconds: float) -> bool:
-        """Whether so many steps, or so much wall time in seconds, reach a limit."""
+        """Whether a number of steps, or a wall time in seconds, reaches a limit."""
         return steps >= self.steps or seconds > (np.inf if self.seconds is None else self.seconds)
 
 
@@ -60,6 +68,19 @@ class Control:
             return 1
         most = min(stepper.batch, self.limits.steps - stepper.steps)
         return most if self.until is None else min(most, self.until.every - stepper.steps % self.until.every)
+
+    def warn_of_limit(self, stepper: Stepper, end: float) -> None:
+        """Warn where the run, at its rate so far, reaches the limit of steps long before the time ``end``."""
+        problem, done = stepper.problem, stepper.t - stepper.problem.t_start
+        if self.until is not None or done <= 0.0:
+            return
+        share = self.limits.steps / stepper.steps * done / (end - problem.t_start)
+        if share < SHORT:
+            time, steps = (size * (end - stepper.t) / done for size in (stepper.seconds, stepper.steps))
+            warnings.warn(f"after {stepper.steps} steps the run is at t = {stepper.t:.4g} of {end:.4g}: at this rate it needs "
+                          f"about {duration(time)} and {steps:.2g} steps more, and its limit is {self.limits.steps} "
+                          "steps: take a smaller `t_end`, fewer cells or limits=fv.Limits(steps=...)",
+                          RuntimeWarning, stacklevel=validation.users_line())
 
     def ends(self, stepper: Stepper) -> bool:
         """Whether the stop rule ``until`` ends the run at the current step."""

@@ -34,7 +34,7 @@ class CrossSection(Observer):
     """Cross-section: discharge of every mass through a line, and the volume that has passed; with one axis at a place x.
 
     The discharge is the sum of h v . n over the pieces of the line within each cell, of cell averages: accurate to about a cell.
-    It is positive for flow from the left to the right of somebody who walks from the first point to the last. With one axis it
+    It is positive for flow from left to right as seen along the line from its first to its last point. With one axis it
     is h v of the cell that contains x, per metre of width and positive along x.
 
     Parameters

@@ -11,7 +11,7 @@ from fvkit.run.stepper import Stepper
 
 
 @attrs.define
-class Fate:
+class RunOutcome:
     """Outcome of a run: its status and the first exception, None without.
 
     Parameters
@@ -19,14 +19,14 @@ class Fate:
     stepper : stepper of the run.
     doing : current activity, for the message of an exception.
     status, failure : current status and first exception.
-    words : further parts of the final message, such as how to continue a failed run.
+    notes : further parts of the final message, such as how to continue a failed run.
     """
 
     stepper: Stepper
     doing: str = "starting"
     status: Status = Status.FINISHED
     failure: Exception | None = None
-    words: list[str] = attrs.field(factory=list)
+    notes: list[str] = attrs.field(factory=list)
 
     @contextmanager
     def watch(self, doing: str) -> Iterator[None]:
@@ -39,14 +39,14 @@ class Fate:
         except KeyboardInterrupt:
             self._fail(self.stepper.interrupted(), Status.INTERRUPTED)
         except Exception as error:  # user code may raise anything: results are kept, and `solve` raises it at the end
-            self.words.append(f"raised while {self.doing}, at t = {self.stepper.t:.8g}, step {self.stepper.steps}")
+            self.notes.append(f"raised while {self.doing}, at t = {self.stepper.t:.8g}, step {self.stepper.steps}")
             self._fail(error, Status.ERROR)
 
     def _fail(self, error: Exception, status: Status) -> None:
         if self.failure is None:
             self.failure, self.status = error, status
         elif self.failure is not error:
-            self.words.append(f"then {type(error).__name__}: {error}")
+            self.notes.append(f"then {type(error).__name__}: {error}")
 
     @property
     def message(self) -> str:
@@ -54,15 +54,15 @@ class Fate:
         if self.failure is None:
             return self.status.value
         first = str(self.failure) if isinstance(self.failure, SolveError) else f"{type(self.failure).__name__}: {self.failure}"
-        return "; ".join([first, *self.words])
+        return "; ".join([first, *self.notes])
 
-    def tell(self, solution: Solution) -> None:
+    def attach(self, solution: Solution) -> None:
         """Attach the context and the partial solution to the exception."""
         error = self.failure
         if isinstance(error, SolveError):
             error.args = (self.message,)
         elif error is not None:
             with suppress(AttributeError):  # some exceptions do not accept notes
-                error.add_note("; ".join(self.words))
+                error.add_note("; ".join(self.notes))
         with suppress(AttributeError):  # an exception may be immutable
             error.solution = solution  # type: ignore[union-attr]  # attribute added to any exception

@@ -8,6 +8,9 @@ from typing import Any
 
 from fvkit.validation import shown
 
+#: Units of a wall time, s, from the longest on, each for times from its size on.
+UNITS = ((3.156e7, "years"), (86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
+
 Report = Callable[[float, int], None]
 Progress = bool | Callable[[float], None]
 
@@ -26,7 +29,8 @@ def reporter(progress: Progress, start: float, end: float) -> Iterator[Report]:
         yield lambda t, steps: None
         return
     with _shown(progress, end - start, "t", "{n:.4g}/{total:.4g} s") as show:
-        last, before = perf_counter(), (start, 0)
+        began, before = perf_counter(), (start, 0)
+        last = began
 
         def report(t: float, steps: int) -> None:
             nonlocal last, before
@@ -35,7 +39,7 @@ def reporter(progress: Progress, start: float, end: float) -> Iterator[Report]:
                 last, taken = now, steps - before[1]
                 dt = f", dt {(t - before[0]) / taken:.3g} s" if taken else ""
                 before = (t, steps)
-                show(t - start, f"{steps} steps{dt}")
+                show(t - start, f"{steps} steps{dt}", _left(now - began, t - start, end - t))
 
         yield report
 
@@ -47,22 +51,25 @@ def counter(progress: Progress, total: int, unit: str) -> Iterator[Callable[[int
         yield lambda done: None
         return
     with _shown(progress, total, unit, "{n_fmt}/{total_fmt}") as show:
-        yield lambda done: show(done, "")
+        yield lambda done: show(done, "", "")
 
 
 @contextmanager
-def _shown(progress: Progress, total: float, label: str, amount: str) -> Iterator[Callable[[float, str], None]]:
-    """Yield a function of (amount done, text) that updates the progress bar, the line or the user's function."""
+def _shown(progress: Progress, total: float, label: str, amount: str) -> Iterator[Callable[[float, str, str], None]]:
+    """Yield a function of (amount done, text, time left) that updates the progress bar, the line or the user's function.
+
+    The bar of tqdm estimates the time left itself.
+    """
     if callable(progress):
-        yield lambda done, words: progress(done / total if total > 0.0 else 1.0)
+        yield lambda done, words, left: progress(done / total if total > 0.0 else 1.0)
         return
     bar = _bar(total, label, amount)
     if bar is None:
-        yield lambda done, words: _line(done / total if total > 0.0 else 1.0, words)
+        yield lambda done, words, left: _line(done / total if total > 0.0 else 1.0, words + left)
         print(file=sys.stderr)
         return
     with bar:
-        def show(done: float, words: str) -> None:
+        def show(done: float, words: str, left: str) -> None:
             bar.set_postfix_str(words, refresh=False)
             bar.update(done - bar.n)
 
@@ -81,3 +88,14 @@ def _bar(total: float, label: str, amount: str) -> Any:
 
 def _line(share: float, words: str) -> None:
     print(f"\r{'#' * int(40 * share):.<40} {100 * share:5.1f} % {words}", end="", file=sys.stderr, flush=True)
+
+
+def _left(seconds: float, done: float, rest: float) -> str:
+    """Return the wall time that is left at the rate so far, such as ", about 3.2 h left"; "" at both ends of a run."""
+    return f", about {duration(seconds * rest / done)} left" if done > 0.0 and rest > 0.0 else ""
+
+
+def duration(seconds: float) -> str:
+    """Return a wall time in the unit that suits it: s, min, h, days or years."""
+    size, unit = next((pair for pair in UNITS if seconds >= pair[0]), UNITS[-1])
+    return f"{seconds / size:{'.2g' if seconds < 10.0 * size else '.0f'}} {unit}"

@@ -58,6 +58,18 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
         that of the run; the message contains the file and the reason.
     SolveError
         As for `solve`.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> from tempfile import TemporaryDirectory
+    >>> problem = gr.scene("dam-break").problem(gr.ShallowWater, 50)
+    >>> with TemporaryDirectory() as folder:
+    ...     first = fv.solve(problem, checkpoint=fv.Checkpoint(f"{folder}/run.npz"), backend="numpy")
+    ...     longer = fv.resume(f"{folder}/run.npz", t_end=2.0 * problem.t_end)
+    >>> (longer.t / problem.t_end).tolist()
+    [0.0, 1.0, 2.0]
     """
     if backend is not None:
         validation.choice(backend, "backend", BACKENDS)

@@ -24,6 +24,17 @@ def rhs(problem: Problem, scheme: Scheme | None = None) -> Callable[[float, np.n
     -------
     callable
         (t, q) -> dq/dt, q of shape (num_eqn, num_cells) or flat; the result has the shape of q.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> wave = lambda x: [np.sin(2.0 * np.pi * x)]
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), wave, 1.0, boundary=fv.Periodic())
+    >>> f = fv.rhs(problem, fv.MethodOfLines(fv.Roe()))
+    >>> wanted = -2.0 * np.pi * np.cos(2.0 * np.pi * problem.grid.centers)
+    >>> bool(abs(f(0.0, problem.q0)[0] - wanted).max() < 0.01)
+    True
     """
     chosen, every = assemble(problem, scheme)
     if len(every) > 1:

@@ -11,8 +11,8 @@ from fvkit.output.solution import Solution
 from fvkit.output.status import Status
 from fvkit.problem.problem import Problem
 from fvkit.run.checkpoint import Checkpoint, Saver
-from fvkit.run.control import Control, Limits
-from fvkit.run.failures import Fate
+from fvkit.run.control import LOOK, Control, Limits
+from fvkit.run.failures import RunOutcome
 from fvkit.run.progress import checked, reporter
 from fvkit.run.recording import InMemory, Snapshots, Stream
 from fvkit.run.step_length import Step
@@ -64,6 +64,16 @@ def solve(problem: Problem, scheme: Scheme | None = None, times: Iterable[float]
         run ends with ``Status.ERROR`` instead. A checkpoint is written first.
     ValueError, TypeError
         For invalid input, regardless of ``throw``.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> wave = lambda x: [np.sin(2.0 * np.pi * x)]
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), wave, 1.0, boundary=fv.Periodic())
+    >>> solution = fv.solve(problem, fv.WavePropagation(fv.Roe()), times=[0.5, 1.0], backend="numpy")
+    >>> solution.t.tolist(), solution.success
+    ([0.0, 0.5, 1.0], True)
     """
     if checkpoint is not None and record is not None:
         raise ValueError("`checkpoint` and `record` cannot be combined, since a checkpoint contains the outputs so far: give one")
@@ -84,75 +94,79 @@ def run_to_end(stepper: Stepper, targets: list[float], frames: Snapshots, contro
     if control.until is not None:
         control.until.check(problem)
     saver = None if checkpoint is None else Saver(checkpoint, stepper, frames, targets, control)
-    fate = Fate(stepper)
+    outcome = RunOutcome(stepper)
 
     def kept() -> dict[str, Any]:
-        return effective(problem, stepper.scheme, stepper.stats(), fate.status, _sentence(fate, control))
+        return effective(problem, stepper.scheme, stepper.stats(), outcome.status, _sentence(outcome, control))
 
     try:
         if not len(frames.t):
             frames.add(problem.t_start, problem.q0)
         with reporter(checked(progress), problem.t_start, targets[-1] if targets else problem.t_start) as report:
-            _march(fate, targets, frames, control, report, saver)
+            _march(outcome, targets, frames, control, report, saver)
         if saver is not None:
-            with fate.watch("writing the last checkpoint"):
+            with outcome.watch("writing the last checkpoint"):
                 saver.write()
-            fate.words.append(saver.hint())
-        if fate.status is Status.ERROR:
+            outcome.notes.append(saver.hint())
+        if outcome.status is Status.ERROR:
             frames.abandon()
-        with fate.watch("writing the last output"):
+        with outcome.watch("writing the last output"):
             if stepper.t > frames.t[-1]:
                 frames.add(stepper.t, stepper.q)
-        with fate.watch("finishing the file of outputs"):
+        with outcome.watch("finishing the file of outputs"):
             frames.finish(kept())
     except BaseException:
         frames.abandon()
         raise
     if stepper.only_films_lost:
         stepper.warn_lost()
-    solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, fate.status, stepper.stats(),
-                        _sentence(fate, control), kept())
-    if fate.failure is not None:
-        fate.tell(solution)
+    solution = Solution(frames.t, frames.q, problem.aux_averages, problem.grid, problem.model, outcome.status, stepper.stats(),
+                        _sentence(outcome, control), kept())
+    if outcome.failure is not None:
+        outcome.attach(solution)
         if throw:
-            raise fate.failure from fate.failure.__cause__
+            raise outcome.failure from outcome.failure.__cause__
     return solution
 
 
-def _sentence(fate: Fate, control: Control) -> str:
+def _sentence(outcome: RunOutcome, control: Control) -> str:
     """Return the final message of a run."""
-    stepper = fate.stepper
-    if fate.status is Status.FINISHED and stepper.t < stepper.problem.t_end:
+    stepper = outcome.stepper
+    if outcome.status is Status.FINISHED and stepper.t < stepper.problem.t_end:
         return f"the last of the output times was reached, t = {stepper.t:.8g} of t_end = {stepper.problem.t_end:.8g}"
-    if fate.status is not Status.STOPPED:
-        return fate.message
-    return f"{fate.message}, {control.until}, at t = {stepper.t:.8g}, step {stepper.steps}"
+    if outcome.status is not Status.STOPPED:
+        return outcome.message
+    return f"{outcome.message}, {control.until}, at t = {stepper.t:.8g}, step {stepper.steps}"
 
 
-def _march(fate: Fate, targets: list[float], frames: Snapshots, control: Control, report: Callable[[float, int], None],
+def _march(outcome: RunOutcome, targets: list[float], frames: Snapshots, control: Control, report: Callable[[float, int], None],
            saver: Saver | None) -> None:
-    """Advance to the remaining output times; ``fate`` records the outcome."""
-    stepper = fate.stepper
-    with fate.watch("writing the first checkpoint"):
+    """Advance to the remaining output times; ``outcome`` records the outcome."""
+    stepper = outcome.stepper
+    looked = stepper.seconds > LOOK
+    with outcome.watch("writing the first checkpoint"):
         if saver is not None:
             saver.begin()
         for target in targets[len(frames.t) - 1:]:
             while stepper.t < target:
-                fate.doing = f"asking {control.until}"
+                outcome.doing = f"evaluating {control.until}"
                 if control.ends(stepper):
-                    fate.status = Status.STOPPED
+                    outcome.status = Status.STOPPED
                     return
-                fate.doing = "stepping on"
+                outcome.doing = "stepping on"
                 stepper.run(target, control.limit(stepper))
                 for observer in control.observers:
-                    fate.doing = f"calling the observer {observer!r}"
+                    outcome.doing = f"calling the observer {observer!r}"
                     observer(stepper)
-                fate.doing = "showing progress"
+                outcome.doing = "showing progress"
                 report(stepper.t, stepper.steps)
+                if not looked and stepper.seconds > LOOK:
+                    looked = True
+                    control.warn_of_limit(stepper, targets[-1])
                 if saver is not None:
-                    fate.doing = "writing a checkpoint"
+                    outcome.doing = "writing a checkpoint"
                     saver.tick()
-            fate.doing = "writing an output"
+            outcome.doing = "writing an output"
             frames.add(stepper.t, stepper.q)
 
 

@@ -57,6 +57,19 @@ class Stepper:
     ------
     ValueError
         If scheme and model cannot work together, naming both.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> wave = lambda x: [np.sin(2.0 * np.pi * x)]
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), wave, 1.0, boundary=fv.Periodic())
+    >>> stepper = fv.Stepper(problem, backend="numpy")
+    >>> round(stepper.step(), 6)
+    0.017857
+    >>> stepper.advance(0.1)
+    >>> stepper.t, stepper.steps
+    (0.1, 6)
     """
 
     def __init__(self, problem: Problem, scheme: Scheme | None = None, backend: str = "auto",
@@ -154,7 +167,7 @@ class Stepper:
     def run(self, target: float, max_steps: int) -> None:
         """Take up to ``max_steps`` accepted steps towards time ``target``; raise `SolveError` if every trial step is rejected."""
         march = self._march
-        look = self._next_look if np.isfinite(target) else np.inf  # else the step has been asked for
+        look = self._next_look if np.isfinite(target) else np.inf  # else the caller requested the step
         target = min(target, next((t for t in self._breaks if t > march.t), np.inf), look)
         while max_steps > 1 and self._resting:
             self._take(target, 1)

@@ -47,6 +47,15 @@ class StopAtRest(Stop):
         The depth is the sum of the model's ``thicknesses``; for models without them every cell counts.
     after : earliest time of the stop, s, for flows that start from rest and inflows that begin later.
     every : number of accepted steps between two checks.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> scene = gr.scene("block-stop")
+    >>> solution = fv.solve(scene.problem(gr.TwoPhase, 20), until=fv.StopAtRest(speed=1e-3), backend="numpy")
+    >>> solution.status.name, float(solution.t[-1]) < scene.t_end
+    ('STOPPED', True)
     """
 
     speed: float = number(0.01, above=0.0)

@@ -54,7 +54,7 @@ def _check_relief(problem: Problem, scheme: Scheme) -> None:
 
 
 def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
-    """Return the parts of a scheme for a problem, whose sources know where their `fields` stand."""
+    """Return the parts of a scheme for a problem, with the rows of the `fields` of its sources."""
     parts, found, own = _parts_for_model(problem, scheme, direction), problem.fields, len(problem.model.aux)
     if len(problem.grid.axes) > 1:
         parts = parts._replace(swept=True, across=len(direction.across))
@@ -116,7 +116,7 @@ def check_parts(problem: Problem, parts: Parts) -> None:
 
 
 def _check_numbers(parts: Parts, ql: Any, qr: Any, auxl: Any, auxr: Any) -> None:
-    """Refuse parts that run but break a promise of their contract: such runs converge to something else, without a word."""
+    """Refuse parts that run but break their contract: such runs would silently converge to something else."""
     jump = parts.model.jump(ql, qr, auxl, auxr)
     waves, _ = parts.riemann.solve(parts.model, ql, qr, auxl, auxr, jump)
     sizes = [np.fmax.reduce(np.abs(row), axis=None) for wave in (*waves, scale(1e-6, (*ql, *qr))) for row in wave]

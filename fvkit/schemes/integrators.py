@@ -53,7 +53,7 @@ class Integrator:
             if self.ssp is not None and steps < self.ssp * (1.0 - PRINTED):
                 raise ValueError(f"`ssp` of {name} must be at most alpha/beta of every entry, {steps:g} in row {k}, or None: "
                                  f"no positivity guaranteed; got {self.ssp:g}")
-        _sum(when[-1:], 1.0, f"the time of the last state of {name}", "in units of dt, which alpha and beta tell")
+        _sum(when[-1:], 1.0, f"the time of the last state of {name}", "in units of dt, from alpha and beta")
         if self.implicit:
             _sum(self.weights, 1.0, f"`weights` of {name}", "those of the sources in the new state")
 
@@ -68,6 +68,12 @@ class SSPRK3(Integrator):
     """Three-stage, third-order Runge-Kutta method, strong stability preserving (SSP coefficient 1): few oscillations at shocks.
 
     Source: C.-W. Shu, S. Osher, J. Comput. Phys. 77 (1988) 439-471 (remembered, order measured).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.SSPRK3().cfl, fv.SSPRK3().ssp, len(fv.SSPRK3().alpha)
+    (0.6, 1.0, 3)
     """
 
     alpha: ClassVar[Table] = ((1.0,), (3 / 4, 1 / 4), (1 / 3, 0.0, 2 / 3))
@@ -83,6 +89,12 @@ class SSPRK104(Integrator):
     Unstable with fifth-order reconstructions from a Courant number of about 3.5 on.
 
     Source: D. I. Ketcheson, SIAM J. Sci. Comput. 30 (2008) 2113-2136 (remembered, order measured).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.SSPRK104().cfl, fv.SSPRK104().ssp, len(fv.SSPRK104().alpha)
+    (2.4, 6.0, 10)
     """
 
     alpha: ClassVar[Table] = (
@@ -100,6 +112,12 @@ class DP5(Integrator):
     """Dormand-Prince fifth-order Runge-Kutta method, 6 stages, without the embedded method: for smooth flow. Not SSP.
 
     Source: J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26 (remembered, order measured).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.DP5().cfl, fv.DP5().ssp, len(fv.DP5().alpha)
+    (1.0, None, 6)
     """
 
     alpha: ClassVar[Table] = ((1.0,),) * 6
@@ -119,6 +137,12 @@ class ARK4(Integrator):
 
     Source: C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139-181 (remembered; the order conditions of both
     tables and across them hold to rounding).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.ARK4().cfl, len(fv.ARK4().implicit)
+    (1.0, 5)
     """
 
     weights: ClassVar[tuple[float, ...]] = (82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211, 1 / 4)

@@ -24,6 +24,16 @@ class Limiter(Part, ABC):
     3. ``limits = False`` declares that phi = 1 for every theta; theta is then not computed.
 
     A subclass is one formula; see `MC` (5 lines).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> class Upwind(fv.Limiter):
+    ...     def phi(self, theta, nu):
+    ...         return fv.minimum(fv.maximum(theta, 0.0), 1.0)
+    >>> Upwind().phi(np.array([-1.0, 0.5, 2.0]), 0.5).tolist()
+    [0.0, 0.5, 1.0]
     """
 
     questions = LIMITER
@@ -36,7 +46,15 @@ class Limiter(Part, ABC):
 
 @attrs.frozen
 class NoLimiter(Limiter):
-    """Lax-Wendroff, phi = 1: accurate for smooth data, oscillates at jumps."""
+    """Lax-Wendroff, phi = 1: accurate for smooth data, oscillates at jumps.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> float(fv.NoLimiter().phi(np.array(0.3), 0.5))
+    1.0
+    """
 
     limits: ClassVar[bool] = False
 
@@ -46,7 +64,15 @@ class NoLimiter(Limiter):
 
 @attrs.frozen
 class Minmod(Limiter):
-    """Minmod limiter, phi = max(0, min(1, theta)): the most diffusive of the second-order limiters."""
+    """Minmod limiter, phi = max(0, min(1, theta)): the most diffusive of the second-order limiters.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> fv.Minmod().phi(np.array([-1.0, 0.5, 1.0, 4.0]), 0.5).tolist()
+    [0.0, 0.5, 1.0, 1.0]
+    """
 
     def phi(self, theta, nu):
         return maximum(0.0, minimum(1.0, theta))
@@ -54,7 +80,15 @@ class Minmod(Limiter):
 
 @attrs.frozen
 class Superbee(Limiter):
-    """Superbee limiter, phi = max(0, min(1, 2 theta), min(2, theta)): sharpest at jumps; turns smooth waves into square ones."""
+    """Superbee limiter, phi = max(0, min(1, 2 theta), min(2, theta)): sharpest at jumps; turns smooth waves into square ones.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> fv.Superbee().phi(np.array([-1.0, 0.5, 1.0, 4.0]), 0.5).tolist()
+    [0.0, 1.0, 1.0, 2.0]
+    """
 
     def phi(self, theta, nu):
         return maximum(0.0, maximum(minimum(1.0, 2.0 * theta), minimum(2.0, theta)))
@@ -62,7 +96,15 @@ class Superbee(Limiter):
 
 @attrs.frozen
 class MC(Limiter):
-    """Monotonized central limiter, phi = max(0, min((1 + theta)/2, 2, 2 theta)): the default: sharp, with little oscillation."""
+    """Monotonized central limiter, phi = max(0, min((1 + theta)/2, 2, 2 theta)): the default: sharp, with little oscillation.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> fv.MC().phi(np.array([-1.0, 0.5, 1.0, 4.0]), 0.5).tolist()
+    [0.0, 0.75, 1.0, 2.0]
+    """
 
     def phi(self, theta, nu):
         return maximum(0.0, minimum(minimum(0.5 * (1.0 + theta), 2.0), 2.0 * theta))
@@ -70,7 +112,15 @@ class MC(Limiter):
 
 @attrs.frozen
 class VanLeer(Limiter):
-    """Van Leer limiter, phi = (theta + |theta|)/(1 + |theta|): smooth for theta > 0."""
+    """Van Leer limiter, phi = (theta + |theta|)/(1 + |theta|): smooth for theta > 0.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> fv.VanLeer().phi(np.array([-1.0, 1.0, 4.0]), 0.5).tolist()
+    [0.0, 1.0, 1.6]
+    """
 
     def phi(self, theta, nu):
         return 2.0 * (maximum(0.0, theta) / (1.0 + np.abs(theta)))
@@ -81,6 +131,13 @@ class ThirdOrder(Limiter):
     """Third-order limiter, phi = (2-nu)/3 + (1+nu)/3 theta, at most 2 theta/nu and 2/(1-nu): best for smooth and mixed flow.
 
     Third order for linear waves of constant speed. nu and 1 - nu in the bounds are at least 1e-3, so the bounds are finite.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> fv.ThirdOrder().phi(np.array([-1.0, 1.0, 10.0]), 0.5).tolist()
+    [0.0, 1.0, 4.0]
     """
 
     def phi(self, theta, nu):

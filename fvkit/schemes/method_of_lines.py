@@ -53,6 +53,12 @@ class MethodOfLines(Scheme):
     (piles at rest) is not supported; use `WavePropagation`.
 
     Source: reconstruction in characteristic variables, frozen equilibrium and in-cell integral derived here.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.MethodOfLines(fv.Roe(), reconstruction=fv.WENO5(), integrator=fv.DP5())
+    MethodOfLines(riemann=Roe(), reconstruction=WENO5(), integrator=DP5(), cfl=1.0)
     """
 
     riemann: RiemannSolver = attrs.field()

@@ -32,7 +32,7 @@ class Sweep:
     state, rate : registers that it reads and writes.
     share : transport: length of the forward Euler step that keeps masses non-negative; sources: the implicit coefficient;
         in units of dt.
-    time : when the boundaries are asked, in units of dt from the start of the step.
+    time : time at which boundary values are evaluated, in units of dt from the start of the step.
     flux : weight of what passes the ends of the grid.
     target : register of the sum, None where there is none.
     terms : the sum.

@@ -39,6 +39,13 @@ class MP5(Reconstruction):
     """Fifth-order monotonicity-preserving reconstruction: sharpest at jumps, fifth order also at smooth extrema.
 
     Source: A. Suresh, H. T. Huynh, J. Comput. Phys. 136 (1997) 83-99, with alpha = 4 (remembered, order measured).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> round(float(fv.MP5().right(*np.array([0.0, 1.0, 2.0, 3.0, 4.0]))), 12)
+    2.5
     """
 
     def right(self, a, b, c, d, e):
@@ -66,6 +73,13 @@ class WENO5(Reconstruction):
 
     Source: R. Borges, M. Carmona, B. Costa, W. S. Don, J. Comput. Phys. 227 (2008) 3191-3211 (remembered, order
     measured), the constant in the weights relative to the data: derived here.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> round(float(fv.WENO5().right(*np.array([0.0, 1.0, 2.0, 3.0, 4.0]))), 12)
+    2.5
     """
 
     def right(self, a, b, c, d, e):
@@ -90,6 +104,13 @@ class MUSCL(Reconstruction):
     """Second-order MUSCL reconstruction with the monotonized central slope minmod(2 (c-b), (d-b)/2, 2 (d-c)).
 
     Source: B. van Leer, J. Comput. Phys. 32 (1979) 101-136.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> float(fv.MUSCL().right(*np.array([0.0, 1.0, 2.0, 3.0, 4.0])))
+    2.5
     """
 
     reach: ClassVar[int] = 1

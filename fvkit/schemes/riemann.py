@@ -103,6 +103,12 @@ class Roe(RiemannSolver):
 
     Source: P. L. Roe, J. Comput. Phys. 43 (1981) 357-372; f-waves: Bale, LeVeque, Mitran, Rossmanith,
     SIAM J. Sci. Comput. 24 (2003) 955-978.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Roe().solve(fv.Burgers(), (2.0,), (0.0,), (), (), jump=(-2.0,))
+    (((-2.0,),), (1.0,))
     """
 
     needs: ClassVar[tuple[str, ...]] = ("decompose",)
@@ -134,6 +140,13 @@ class HLL(RiemannSolver):
 
     Source: Harten, Lax, van Leer, SIAM Rev. 25 (1983) 35-61; path-conservative form: Castro Diaz, Kurganov,
     Morales de Luna, M2AN 53 (2019) 959-985; D and K derived here.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> (left, right), speeds = fv.HLL().solve(fv.Burgers(), (2.0,), (-1.0,), (), (), jump=(-1.5,))
+    >>> round(float(left[0] + right[0]), 12), [float(speed) for speed in speeds]
+    (-1.5, [-1.0, 2.0])
     """
 
     bounds: ClassVar[bool] = True
@@ -157,6 +170,13 @@ class Rusanov(RiemannSolver):
     and most diffusive solver.
 
     Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320; D and K derived here.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> (left, right), speeds = fv.Rusanov().solve(fv.Burgers(), (2.0,), (0.0,), (), (), jump=(-2.0,))
+    >>> float(left[0]), float(right[0]), [float(speed) for speed in speeds]
+    (1.0, -3.0, [-2.0, 2.0])
     """
 
     bounds: ClassVar[bool] = True
@@ -204,6 +224,18 @@ class PyClawRiemann(RiemannSolver):
     the run is first order, with the waves of the function, and warns.
 
     Source: the contract of PyClaw's Python solvers, www.clawpack.org (clawpack.riemann).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> def advection(q_l, q_r, aux_l, aux_r, problem_data):
+    ...     u = problem_data["u"]
+    ...     return (q_r - q_l)[:, None], np.full_like(q_l, u), None, None
+    >>> wave = lambda x: [np.sin(2.0 * np.pi * x)]
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), wave, 1.0, boundary=fv.Periodic())
+    >>> fv.solve(problem, fv.WavePropagation(fv.PyClawRiemann(advection, {"u": 1.0})), backend="numpy").success
+    True
     """
 
     compilable: ClassVar[bool] = False

@@ -73,7 +73,7 @@ class Read(NamedTuple):
 
     @property
     def here(self) -> bool:
-        """Whether it looks at its own place alone."""
+        """Whether it reads its own place alone."""
         return self.offsets == range(1)
 
 
@@ -115,7 +115,7 @@ class Stage:
     sparse: bool = False
 
     def run(self, parts: Parts, ratio: Any, inputs: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what the stage writes, in the order of ``writes``."""
+        """Return the fields that the stage writes, in the order of ``writes``."""
         found = self.compute(parts, ratio, **inputs)
         return {name: found[name] for name in self.writes}
 

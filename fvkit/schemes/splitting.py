@@ -33,7 +33,14 @@ class Splitting(ABC):
 
 @attrs.frozen
 class Godunov(Splitting):
-    """Godunov splitting: transport, then sources; first order in time."""
+    """Godunov splitting: transport, then sources; first order in time.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Godunov().before, fv.Godunov().after
+    (0.0, 1.0)
+    """
 
     before: ClassVar[float] = 0.0
     after: ClassVar[float] = 1.0
@@ -50,7 +57,14 @@ class Unsplit(Splitting):
 
 @attrs.frozen
 class Strang(Splitting):
-    """Strang splitting: half the source, transport, half the source; second order, first order for a stiff source."""
+    """Strang splitting: half the source, transport, half the source; second order, first order for a stiff source.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Strang().before, fv.Strang().after
+    (0.5, 0.5)
+    """
 
     before: ClassVar[float] = 0.5
     after: ClassVar[float] = 0.5

@@ -73,6 +73,13 @@ class WavePropagation(Scheme):
 
     Source: R. J. LeVeque, Finite Volume Methods for Hyperbolic Problems, 2002, chapters 6, 15; f-waves: Bale, LeVeque,
     Mitran, Rossmanith, SIAM J. Sci. Comput. 24 (2003) 955-978. Matrix form and cross term: derived here.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> scheme = fv.WavePropagation(fv.Roe(), limiter=fv.Superbee(), cfl=0.8)
+    >>> scheme.riemann, scheme.limiter, scheme.order, scheme.splitting
+    (Roe(), (Superbee(),), 2, Strang())
     """
 
     riemann: RiemannSolver = attrs.field()

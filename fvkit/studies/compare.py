@@ -57,9 +57,9 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
         axes (x, y, t) -> (num_eqn, my, mx); or an object with ``averages(model, grid, t)`` -> (num_eqn, *grid.shape), which
         models with other conserved quantities need. None for a run of the first problem on 4 times the finest grid.
     name : name of the problem in the report.
-    repeats : each run is repeated this often, interleaved, after a warm-up; the report holds median and minimum.
+    repeats : number of repeats of each run, interleaved, after a warm-up; the report has median and minimum.
     backend : as for `fvkit.solve`.
-    seconds : wall time that one run may take, s. Runs that would take longer, to judge by coarser ones, are left out, others
+    seconds : wall time that one run may take, s. Runs expected to take longer, from coarser ones, are skipped, others
         are stopped: rows with the status ``"over_budget"``.
     progress : function called with a line of text before each run.
 
@@ -182,7 +182,7 @@ class Comparison:
     name : name of the problem or scene.
     full_model : label of the model of the reference.
     finest : () -> the problem of the reference's profile.
-    reference : object with ``averages(model, grid, t)``, or a function of places and time; ``kind`` and ``detail`` say which.
+    reference : object with ``averages(model, grid, t)``, or a function of places and time; ``kind`` and ``detail`` describe it.
     deviations : what counts as the error of a run.
     remarks : () -> further information for the table, as for `Report`.
     """

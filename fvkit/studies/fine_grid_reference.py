@@ -61,7 +61,7 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
                         seconds: float | None, tell: Callable[[str], None]) -> FineGrid:
     """Return a run on ``REFINEMENT`` times the finest grid, or on the finest grid that is affordable.
 
-    Two coarser runs, and with a budget as many as it takes, say what the next one will cost, and how far the last is from
+    Two coarser runs, and with a budget as many as it takes, predict the cost of the next one and the distance of the last to
     converged.
 
     Parameters

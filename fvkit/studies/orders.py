@@ -21,6 +21,16 @@ class OrderError(Portable, AssertionError):
     ----------
     message : a sentence and the table.
     convergence : the `Convergence`.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> wave = lambda x, t: 1.0 * (x[None] > 0.5 + t)
+    >>> problem = lambda n: fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, n), lambda x: wave(x, 0.0), 0.2)
+    >>> found = fv.convergence(problem, None, (50, 100), wave, backend="numpy")
+    >>> found.check(2.0)  # doctest: +IGNORE_EXCEPTION_DETAIL
+    Traceback (most recent call last):
+    fvkit.studies.orders.OrderError: expected order 2 between 50 and 100 cells, observed 0.77
     """
 
     def __init__(self, message: str, convergence: "Convergence") -> None:
@@ -49,6 +59,16 @@ class Convergence:
     runs : number of cells of each run.
     errors : (rows, num_eqn) errors, one row per run; without a reference one row less, with differences to the next grid.
     seconds : wall time of the stepping of each run, s.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import numpy as np
+    >>> wave = lambda x, t: np.sin(2.0 * np.pi * (x - t))[None]
+    >>> ring = lambda n: fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, n), lambda x: wave(x, 0.0), 0.2, boundary=fv.Periodic())
+    >>> found = fv.convergence(ring, fv.WavePropagation(fv.Roe(), order=1), (100, 200, 400), wave, backend="numpy")
+    >>> found.cells, bool(found.total_orders[-1] > 0.9)
+    ((100, 200, 400), True)
     """
 
     scheme: str

@@ -105,7 +105,7 @@ class Report:
 
         Parameters
         ----------
-        wide : keep every column; else those that matter least are left out where the table is too wide, and a line says which.
+        wide : keep every column; else the least important ones are left out where the table is too wide, and listed below it.
         """
         columns = self._columns()
         left_out = [] if wide else _narrow(columns)

@@ -14,7 +14,7 @@ import numpy as np
 
 from fvkit.files import write_whole
 from fvkit.output.npz import write_archive
-from fvkit.sweeps.member import ERROR, LOST, Outcome, Work
+from fvkit.sweeps.member import ERROR, LOST, MemberResult, MemberTask
 from fvkit.sweeps.samples import Samples
 
 #: Version of the files.
@@ -33,7 +33,7 @@ def _name(part: Any) -> str:
 
 
 @attrs.frozen
-class Store:
+class ResultFolder:
     """Members on disk.
 
     ``sweep.json`` names function and samples; ``member-000012.npz`` is how member 12 ended. Members whose function raised
@@ -43,7 +43,7 @@ class Store:
     folder: Path
 
     @classmethod
-    def open(cls, folder: str | Path, work: Work, samples: Samples) -> "Store":
+    def open(cls, folder: str | Path, work: MemberTask, samples: Samples) -> "ResultFolder":
         """Return the store in a folder, which is made if missing; a folder of another sweep is refused."""
         store = cls(Path(folder))
         store.folder.mkdir(parents=True, exist_ok=True)
@@ -66,7 +66,7 @@ class Store:
     def _path(self, member: int) -> Path:
         return self.folder / f"member-{member:06d}.npz"
 
-    def write(self, outcome: Outcome) -> None:
+    def write(self, outcome: MemberResult) -> None:
         """Keep how a member ended."""
         if outcome.status not in (ERROR, LOST):
             told: dict[str, Any] = {"status": np.array(outcome.status), "message": np.array(outcome.message),
@@ -74,12 +74,12 @@ class Store:
             arrays = told | {f"output_{name}": values for name, values in outcome.outputs.items()}
             write_archive(self._path(outcome.member), arrays)
 
-    def read(self, members: int) -> Iterator[Outcome]:
+    def read(self, members: int) -> Iterator[MemberResult]:
         """Yield what earlier runs kept; a file that cannot be read counts as missing."""
         for member in range(members):
             try:
                 with np.load(self._path(member), allow_pickle=False) as data:
                     outputs = {name.removeprefix("output_"): data[name] for name in data.files if name.startswith("output_")}
-                    yield Outcome(member, str(data["status"]), str(data["message"]), float(data["seconds"]), outputs)
+                    yield MemberResult(member, str(data["status"]), str(data["message"]), float(data["seconds"]), outputs)
             except (OSError, ValueError, KeyError, EOFError, SyntaxError, TokenError, zipfile.BadZipFile):
                 continue

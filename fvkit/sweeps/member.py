@@ -1,4 +1,4 @@
-"""What a worker does: run a few members and tell how each ended."""
+"""Members of a sweep: what a worker runs, and the outcome of each."""
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
@@ -20,7 +20,7 @@ FINISHED, ERROR, LOST, STOPPED = "finished", "error", "lost", "interrupted"
 Function = Callable[..., Any]
 
 
-class Outcome(NamedTuple):
+class MemberResult(NamedTuple):
     """How one member ended, and what it returned: {output: array}, empty where it did not finish."""
 
     member: int
@@ -31,17 +31,17 @@ class Outcome(NamedTuple):
 
 
 @attrs.frozen
-class Work:
+class MemberTask:
     """The function of a sweep and what is kept of its solutions: all that a worker needs."""
 
     function: Function
     keep: Callable[[Solution], Mapping[str, Any]] = attrs.field(factory=Keep)
 
-    def __call__(self, members: Sequence[tuple[int, Mapping[str, Any]]]) -> list[Outcome]:
+    def __call__(self, members: Sequence[tuple[int, Mapping[str, Any]]]) -> list[MemberResult]:
         """Run members (number, parameters) one after the other."""
         return [self.run(number, sample) for number, sample in members]
 
-    def run(self, member: int, sample: Mapping[str, Any]) -> Outcome:
+    def run(self, member: int, sample: Mapping[str, Any]) -> MemberResult:
         """Run one member; whatever it raises becomes its status and message."""
         started = perf_counter()
         outputs: dict[str, np.ndarray] = {}
@@ -59,7 +59,7 @@ class Work:
             status, message = error.status.name.lower(), str(error)
         except Exception as error:  # a member may raise anything: the others go on
             status, message = ERROR, "; ".join([f"{type(error).__name__}: {error}", *getattr(error, "__notes__", ())])
-        return Outcome(member, status, message, perf_counter() - started, outputs)
+        return MemberResult(member, status, message, perf_counter() - started, outputs)
 
 
 def _numbers(returned: Any) -> dict[str, np.ndarray]:

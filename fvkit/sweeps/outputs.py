@@ -1,4 +1,4 @@
-"""`Keep`: which numbers of a solution a sweep keeps, by name."""
+"""`Keep`: outputs of a sweep, by name."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -48,7 +48,7 @@ def _known(names: Iterable[str]) -> tuple[str, ...]:
 
 @attrs.frozen
 class Keep:
-    """A function of a solution that returns named numbers and arrays, all of the last output.
+    """Outputs of a sweep: a function of a solution that returns named numbers and arrays of its last output.
 
     Parameters
     ----------
@@ -60,7 +60,13 @@ class Keep:
     Raises
     ------
     ValueError
-        For an unknown name, with the list and the nearest match; for observables at the call, since they hang on the model.
+        For an unknown name, with the list and the nearest match; for observables at the call, since they depend on the model.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> fv.Keep(["max.h", "steps"])
+    Keep(names=('max.h', 'steps'))
     """
 
     names: tuple[str, ...] = attrs.field(default=(), converter=_known)

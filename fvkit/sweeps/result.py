@@ -1,4 +1,4 @@
-"""`SweepResult`: what a sweep returns, as arrays, a table, or an xarray Dataset."""
+"""`SweepResult`: result of a sweep, as arrays, a table, or an xarray Dataset."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit.files import csv_text, write_whole
 from fvkit.problem.grid import NAMES
-from fvkit.sweeps.member import FINISHED, Outcome
+from fvkit.sweeps.member import FINISHED, MemberResult
 from fvkit.sweeps.samples import Samples
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @attrs.frozen(eq=False, repr=False)
 class SweepResult:
-    """Parameters, outputs and fate of every member of a sweep.
+    """Result of a sweep: parameters, outputs and status of every member.
 
     Parameters
     ----------
@@ -26,10 +26,17 @@ class SweepResult:
     outputs : {output: (members, ...)}, NaN where a member did not finish; an array of objects, None there, where
         the members returned arrays of different shapes.
     status : (members,) ``"finished"``, a `fvkit.Status` in small letters, ``"error"`` (the function raised), or
-        ``"lost"`` (the executor failed, also when asked again), or ``"interrupted"`` (Ctrl-C came first).
+        ``"lost"`` (the executor failed, also in repetitions), or ``"interrupted"`` (by Ctrl-C).
     message : (members,) one sentence where a member did not finish.
     seconds : (members,) wall time of the function, s.
     elapsed : wall time of this sweep, s, without members read from a folder.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> result = fv.sweep(pow, {"x": [1.0]}, workers=1)
+    >>> result.success, result.status.tolist()
+    (False, ['error'])
     """
 
     samples: Samples
@@ -44,7 +51,7 @@ class SweepResult:
                 f"parameters {', '.join(self.samples.values)}; outputs {', '.join(self.outputs)}>")
 
     @classmethod
-    def of(cls, samples: Samples, outcomes: Sequence[Outcome], elapsed: float) -> "SweepResult":
+    def of(cls, samples: Samples, outcomes: Sequence[MemberResult], elapsed: float) -> "SweepResult":
         """Return the result of outcomes in the order of the members."""
         names = dict.fromkeys(name for outcome in outcomes for name in outcome.outputs)
         return cls(samples, {name: _stack([outcome.outputs.get(name) for outcome in outcomes]) for name in names},
@@ -63,7 +70,7 @@ class SweepResult:
 
     @property
     def table(self) -> dict[str, np.ndarray]:
-        """One column per parameter, per output that is a number, and of the fate, {name: (members,)}."""
+        """One column per parameter, per output that is a number, and of the status, {name: (members,)}."""
         scalars = {name: values for name, values in self.outputs.items() if values.ndim == 1 and values.dtype != object}
         return {"member": np.arange(len(self.samples)), **self.samples.values, **scalars, "status": self.status,
                 "seconds": self.seconds, "message": self.message}
@@ -130,7 +137,7 @@ class SweepResult:
         return csv_text(self.table, zip(*(column.tolist() for column in self.table.values()), strict=True))
 
     def save(self, path: str | Path) -> Path:
-        """Write the table to ``.csv``, or everything to ``.nc`` (netCDF; extra ``io``); an existing file survives any failure."""
+        """Write the table to ``.csv``, or everything to ``.nc`` (netCDF, extra ``io``); a failure keeps an existing file."""
         target = Path(path)
         if target.suffix == ".csv":
             return write_whole(target, lambda file: file.write(self.to_csv().encode()))

@@ -1,4 +1,4 @@
-"""`Samples`: which parameters every member of a sweep gets."""
+"""`Samples`: parameters of every member of a sweep."""
 
 from collections.abc import Iterable, Mapping
 from itertools import product
@@ -34,6 +34,13 @@ class Samples:
     ----------
     values : {parameter: (members,)}, numbers or strings.
     axes : of a grid, {parameter: its values}, the last one fastest; empty for other samples.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> samples = fv.Samples.grid({"gamma": [0.3, 0.5], "cells": [100, 200]})
+    >>> len(samples), samples[3]
+    (4, {'gamma': 0.5, 'cells': 200})
     """
 
     values: Mapping[str, np.ndarray] = attrs.field(converter=_values)
@@ -52,13 +59,13 @@ class Samples:
         ----------
         ranges : {parameter: (lower, upper)} uniform between the two, (lower, upper, ``"log"``) uniform in the logarithm,
             or a distribution with a method ``ppf``, such as those of scipy.stats.
-        members : how many samples, >= 1.
+        members : number of samples, >= 1.
         seed : the same seed gives the same samples.
 
         Raises
         ------
         ValueError, TypeError
-            For a range that is none.
+            For an invalid range.
 
         Notes
         -----

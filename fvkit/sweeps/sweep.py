@@ -10,12 +10,12 @@ from fvkit import validation
 from fvkit.output.solution import Solution
 from fvkit.run.interruption import keeping
 from fvkit.run.progress import checked, counter
-from fvkit.sweeps.folder import Store
-from fvkit.sweeps.member import STOPPED, Function, Outcome, Work
+from fvkit.sweeps.folder import ResultFolder
+from fvkit.sweeps.member import STOPPED, Function, MemberResult, MemberTask
 from fvkit.sweeps.outputs import Keep
 from fvkit.sweeps.result import SweepResult
 from fvkit.sweeps.samples import Samples
-from fvkit.sweeps.workers import Crew
+from fvkit.sweeps.workers import WorkerPool
 
 
 def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]], executor: Executor | None = None, *,
@@ -31,19 +31,20 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
         `fvkit_granular.SceneRun` makes one of a scene.
     parameters : `Samples`, or {parameter: one value per member}.
     executor : any `concurrent.futures.Executor`: threads, ``Client(...).get_executor()`` of Dask (extra ``cluster``), that
-        of mpi4py.futures, joblib's loky; it is left open. Default: processes of our own, started afresh ("spawn").
-    workers : number of processes, default one per processor; 1 runs in this process. With an executor: how many members it
-        runs at once, if known; then members are sent by batches.
-    keep : what is kept of a solution: names as in `Keep`, or a function. Default: every observable at the end.
-    folder : where every finished member is kept at once; the same sweep with the same folder runs only those that are missing.
-    retries : how often a member is run again, alone, when the executor fails it: a worker that died, a lost connection.
+        of mpi4py.futures, joblib's loky; it is not closed. Default: new processes ("spawn").
+    workers : number of processes, default one per processor; 1 runs in this process. With an executor: the number of members
+        that it runs at once, if known; then members are sent in batches.
+    keep : outputs of a solution: names as in `Keep`, or a function. Default: every observable at the end.
+    folder : folder in which every finished member is stored at once; the same sweep with the same folder runs only the
+        missing ones.
+    retries : number of times that a member is run again, alone, after a failure of the executor, such as a dead worker.
     batch : members per task. Default: as many as take about 0.25 s.
-    progress : True shows progress on stderr; or a function that receives the share of members done, 0 to 1.
+    progress : True shows progress on stderr; or a function of the fraction of finished members, 0 to 1.
 
     Returns
     -------
     SweepResult
-        A member that fails is a row with its status and message: the sweep goes on.
+        A failed member is a row with its status and message; the sweep continues.
 
     Raises
     ------
@@ -57,32 +58,41 @@ def sweep(function: Function, parameters: Samples | Mapping[str, Iterable[Any]],
 
     Notes
     -----
-    ``folder`` knows the function by its name, not by its code: after a change of the code give another folder.
+    ``folder`` identifies the function by its name, not by its code: after a change of the code give another folder.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> def square(x):
+    ...     return {"y": x * x}
+    >>> result = fv.sweep(square, {"x": [1.0, 2.0, 3.0]}, workers=1)
+    >>> result.success, result.outputs["y"].tolist()
+    (True, [1.0, 4.0, 9.0])
     """
     folder = None if folder is None else validation.file(folder, "folder")
     samples = parameters if isinstance(parameters, Samples) else \
         Samples.given(validation.mapping(parameters, "parameters", "{'gamma': [0.3, 0.5]}"))
     validation.function(function, "function", "of the parameters")
-    work = Work(function, keep if callable(keep) else Keep(() if keep is None else keep))
+    work = MemberTask(function, keep if callable(keep) else Keep(() if keep is None else keep))
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise TypeError(f"`executor` must be a concurrent.futures.Executor, got {validation.shown(executor)}; Dask's is "
                         "Client(...).get_executor()")
-    crew = Crew(work, executor, None if workers is None else validation.whole(workers, "workers", at_least=1),
+    pool = WorkerPool(work, executor, None if workers is None else validation.whole(workers, "workers", at_least=1),
                 None if batch is None else validation.whole(batch, "batch", at_least=1),
                 validation.whole(retries, "retries", at_least=0))
     started = perf_counter()
-    store = None if folder is None else Store.open(folder, work, samples)
-    known: dict[int, Outcome] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}
+    store = None if folder is None else ResultFolder.open(folder, work, samples)
+    known: dict[int, MemberResult] = {} if store is None else {outcome.member: outcome for outcome in store.read(len(samples))}
     missing = [(member, samples[member]) for member in range(len(samples)) if member not in known]
 
     def result() -> SweepResult:
-        outcomes = [known.get(member) or Outcome(member, STOPPED, "the sweep was stopped before it ended", 0.0, {})
+        outcomes = [known.get(member) or MemberResult(member, STOPPED, "the sweep was stopped before it ended", 0.0, {})
                     for member in range(len(samples))]
         return SweepResult.of(samples, outcomes, perf_counter() - started)
 
-    with keeping(result), counter(checked(progress), len(samples), "members") as report, crew:
+    with keeping(result), counter(checked(progress), len(samples), "members") as report, pool:
         report(len(known))
-        for outcomes in crew.run(missing):
+        for outcomes in pool.run(missing):
             for outcome in outcomes:
                 known[outcome.member] = outcome
                 if store is not None:

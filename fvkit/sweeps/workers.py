@@ -14,7 +14,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from fvkit import validation
-from fvkit.sweeps.member import LOST, Outcome, Work
+from fvkit.sweeps.member import LOST, MemberResult, MemberTask
 
 Batch = list[tuple[int, dict[str, Any]]]
 
@@ -28,7 +28,7 @@ POOLS = 3
 AHEAD = 3
 
 
-class Crew:
+class WorkerPool:
     """Members by batches on an executor; a context manager.
 
     Parameters
@@ -40,7 +40,7 @@ class Crew:
     retries : how often a member is run again whose executor, not its function, failed.
     """
 
-    def __init__(self, work: Work, executor: Executor | None, workers: int | None, batch: int | None, retries: int) -> None:
+    def __init__(self, work: MemberTask, executor: Executor | None, workers: int | None, batch: int | None, retries: int) -> None:
         self.work, self.batch, self.retries = work, batch, retries
         self._own = executor is None
         self.workers = workers or validation.cores() if self._own else workers
@@ -49,14 +49,14 @@ class Crew:
         if self._own and self.workers != 1:
             _check_importable(work)
 
-    def __enter__(self) -> "Crew":
+    def __enter__(self) -> "WorkerPool":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         if self._own and self._executor is not None:
             end_processes(self._executor, at_once=kind is not None)
 
-    def run(self, members: Sequence[tuple[int, dict[str, Any]]]) -> Iterator[list[Outcome]]:
+    def run(self, members: Sequence[tuple[int, dict[str, Any]]]) -> Iterator[list[MemberResult]]:
         """Yield outcomes as they come; every member is in exactly one of them."""
         if self._own and self.workers == 1:
             for member in members:
@@ -94,12 +94,12 @@ class Crew:
         wanted = BATCH_SECONDS * self._finished / max(self._seconds, 1e-9)
         return max(1, min(int(wanted), left // (AHEAD * self.workers)))
 
-    def _note(self, outcomes: list[Outcome]) -> list[Outcome]:
+    def _note(self, outcomes: list[MemberResult]) -> list[MemberResult]:
         self._seconds += sum(outcome.seconds for outcome in outcomes)
         self._finished += len(outcomes)
         return outcomes
 
-    def _again(self, member: tuple[int, dict[str, Any]], error: BaseException) -> Outcome:
+    def _again(self, member: tuple[int, dict[str, Any]], error: BaseException) -> MemberResult:
         """Run a member alone, so that one that kills its worker takes no other with it."""
         for _ in range(self.retries):
             future = self._submit([member])
@@ -108,7 +108,7 @@ class Crew:
                 return self._note(future.result())[0]
             error = missed
             self._check_alive(error)
-        return Outcome(member[0], LOST, f"{type(error).__name__}: {error}", 0.0, {})
+        return MemberResult(member[0], LOST, f"{type(error).__name__}: {error}", 0.0, {})
 
     def _submit(self, batch: Batch) -> Future:
         try:
@@ -169,7 +169,7 @@ def end_processes(executor: Executor, at_once: bool) -> None:
 
 
 def _end_with_parent() -> None:
-    """Wait for the end of the process that started this one: it would wait for work for ever."""
+    """End this process when the one that started it ends; otherwise it would wait for work without end."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
@@ -184,7 +184,7 @@ def _error(future: Future) -> BaseException | None:
         return error
 
 
-def _check_importable(work: Work) -> None:
+def _check_importable(work: MemberTask) -> None:
     """Processes import the function by its name: refuse what has none, before anything runs."""
     advice = "define it at the top level of a module or script, or give a thread pool as `executor`, or workers=1"
     main = sys.modules["__main__"]

@@ -6,13 +6,13 @@
 ...     def states(self, rng, count):
 ...         return rng.uniform(0.5, 2.0, (2, count))
 
-pytest collects the class as any other, and `run` does without it. The suites ask what a part defines and skip, by name,
+pytest collects the class as any other, and `run` does without it. The suites check what a part defines and skip, by name,
 what does not concern it.
 """
 
 import pytest
 
-# Before the suites are imported: a bare assert in them then tells its values, as one in a user's own file.
+# Before the suites are imported: pytest then shows the values of a bare assert in them, as of one in a user's file.
 pytest.register_assert_rewrite("fvkit.testing.common", "fvkit.testing.models", "fvkit.testing.parts", "fvkit.testing.riemann")
 
 from fvkit.testing.models import ModelConformance

@@ -33,7 +33,7 @@ class OnModel(Suite):
     model: ClassVar[Model]
 
     def states(self, rng: np.random.Generator, count: int) -> Any:
-        """Return random admissible states (num_eqn, count), away from what the model cannot do."""
+        """Return random admissible states (num_eqn, count) within the range of the model."""
         raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
 
     def aux(self, rng: np.random.Generator, count: int) -> Any:
@@ -58,7 +58,7 @@ def solvers(model: Model) -> list[RiemannSolver]:
 
 
 def need(part: Any, *names: str) -> None:
-    """Skip a check of what a part does not define."""
+    """Skip a check of a method that a part does not define."""
     for name in names:
         if not part.defines(name):
             pytest.skip(f"{type(part).__name__} defines no {name}")

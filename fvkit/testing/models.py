@@ -1,4 +1,4 @@
-"""`ModelConformance`: what a model must do, whatever its equations."""
+"""`ModelConformance`: conformance checks of a model."""
 from collections.abc import Mapping
 from functools import partial
 from itertools import pairwise
@@ -22,13 +22,13 @@ COUNT = 200
 
 
 class ModelConformance(OnModel):
-    """Checks of a model. Subclass it with two things, and say what does not hold by overriding a check.
+    """Conformance checks of a model. A subclass has ``model`` and ``states``; a check that does not apply is set to None.
 
     Attributes
     ----------
     model : the model.
     smooth : relative size of the waves of the smooth checks.
-    large : relative size of those of a second look at second order: what is missing for it grows with the square.
+    large : relative size of larger waves for second order, since a missing `cross` grows with the square of it.
     order : orders that the schemes must reach on smooth data: second order, fifth order.
     """
 

@@ -12,7 +12,7 @@ from fvkit.testing.common import OnModel, Suite, check_is_data, close, need, row
 
 
 class LimiterConformance(Suite):
-    """Checks of a limiter.
+    """Conformance checks of a limiter.
 
     Attributes
     ----------
@@ -50,13 +50,13 @@ class LimiterConformance(Suite):
 
 
 class SourceConformance(OnModel):
-    """Checks of a source on one model.
+    """Conformance checks of a source on one model.
 
     Attributes
     ----------
     source : the source.
     model : a model that it acts on.
-    accuracy : how well ``step`` must follow ``rate``, relatively.
+    accuracy : relative tolerance of ``step`` against the integrated ``rate``.
     dt : time of the comparison, s.
     of_mass : whether the source changes masses.
     """

@@ -1,4 +1,4 @@
-"""`RiemannConformance`: what a Riemann solver must do for the models that it serves."""
+"""`RiemannConformance`: conformance checks of a Riemann solver with a model that it serves."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -15,7 +15,7 @@ COUNT = 200
 
 
 class RiemannConformance(OnModel):
-    """Checks of a Riemann solver on one model, by default without data of your own but random states.
+    """Conformance checks of a Riemann solver on one model, with random states.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class RiemannConformance(OnModel):
         assert (np.abs(waves).max(axis=(0, 1)) <= 1e-13 * flux).all()
 
     def test_speeds_reach_as_far_as_what_moves(self) -> None:
-        """Between equal states the fastest wave is no slower than the matrix of the jump says: the time step relies on it."""
+        """Between equal states the fastest wave is at least as fast as the matrix of the jump requires, for the time step."""
         left, _, auxl, _ = self.face(4)
         flat, model = auxl, self.model.resolved(np.array(left))
         change = tuple(np.array(left) * (1.0 + 1e-9))

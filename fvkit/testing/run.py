@@ -15,12 +15,12 @@ from fvkit.validation import shown
 
 @attrs.frozen
 class Outcome:
-    """What `run` found.
+    """Outcome of `run`.
 
     Attributes
     ----------
     passed : names of the checks that passed.
-    skipped : {name: why} of those that do not concern the part.
+    skipped : {name: reason} of checks that do not apply to the part.
     """
 
     passed: tuple[str, ...]
@@ -32,7 +32,7 @@ class Outcome:
 
 
 def run(suite: type) -> Outcome:
-    """Run every check of a conformance suite here and now.
+    """Run every check of a conformance suite, without pytest.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def run(suite: type) -> Outcome:
     AssertionError
         If a check fails: the names of all that do, with their reasons.
     TypeError
-        If ``suite`` is no class with checks.
+        If ``suite`` is not a class with checks.
     """
     if not isinstance(suite, type):
         raise TypeError(f"`suite` must be the class, not an instance of it, got {shown(suite)}")

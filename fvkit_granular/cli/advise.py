@@ -35,7 +35,7 @@ def register(commands: Any) -> None:
     parser.add_argument("--tol", type=float, default=1e-3,
                         help="tolerance: mean error of the depth over the mean depth (default 1e-3)")
     parser.add_argument("--check", action="store_true",
-                        help=f"run the models on {CHECKED} cells and set measured beside predicted errors")
+                        help=f"run the models on {CHECKED} cells and print measured next to predicted errors")
     one_of(parser, "--backend", BACKENDS, "auto")
 
 
@@ -86,6 +86,6 @@ def _checked(chosen: Scene, advice: Advice, backend: str) -> str:
                     for cells in (FINER * CHECKED, CHECKED))
     found = np.abs(coarse - fine.reshape(CHECKED, FINER).mean(axis=1)).mean() / fine.mean()
     grid = resolution(chosen, sampled(chosen), advice.numbers, advice.model == "two-phase")
-    return (f"on {CHECKED} cells, errors of the depth against the full model over the mean depth:\n{table(lines, left=1)}\n"
-            f"grid error of {advice.model} there, second order: estimated {grid.error(CHECKED):.1e}, measured {found:.1e} "
-            f"(against {FINER * CHECKED} cells)")
+    return (f"mean difference of the depth to the full model over the mean depth, {CHECKED} cells:\n{table(lines, left=1)}\n"
+            f"grid error of {advice.model} on these cells, second order: estimated {grid.error(CHECKED):.1e}, measured "
+            f"{found:.1e} (against {FINER * CHECKED} cells)")

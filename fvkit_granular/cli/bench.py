@@ -9,7 +9,7 @@ from fvkit import validation
 from fvkit.backends import BACKENDS
 from fvkit.cli import INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import COUNT, checked, named, teller
+from fvkit_granular.cli.options import COUNT, checked, named, progress_line
 from fvkit_granular.studies.bench import ORDERS, bench
 
 
@@ -20,20 +20,20 @@ def register(commands: Any) -> None:
     speed.add_argument("--cells", nargs="+", type=checked(int, validation.whole, at_least=10),
                        default=[100, 1000, 10_000, 100_000], metavar="N", help="numbers of cells (default 100 1000 10000 100000)")
     speed.add_argument("--orders", nargs="+", type=checked(int, validation.choice, known=ORDERS), default=[1, 2],
-                       metavar="P", help="any of 1, 2 and 5, which is a stage of MP5 (default 1 2)")
+                       metavar="P", help="any of 1, 2 and 5, one stage of the method of lines with MP5 (default 1 2)")
     speed.add_argument("--backends", nargs="+", type=named(BACKENDS[1:]), metavar="B",
                        help="numba, numpy or both (default: what is installed)")
     speed.add_argument("--plane", nargs="*", type=checked(int, validation.whole, at_least=10), default=[300], metavar="N",
-                       help="numbers of cells along each of two axes, for shallow water and two phases (default 300; none where "
-                            "no number follows)")
-    speed.add_argument("--repeats", type=COUNT, default=5, help="timed blocks of each case (default 5)")
+                       help="numbers of cells along each axis of the runs with two axes (default 300; without a "
+                            "number: no such runs)")
+    speed.add_argument("--repeats", type=COUNT, default=5, help="timed repeats of each case (default 5)")
     speed.add_argument("--out", type=Path, default=Path("fvkit-bench"), help="folder for the results (default fvkit-bench)")
 
 
 def _bench(options: argparse.Namespace) -> int:
     usable_folder(options.out, "--out", ("bench.json", "bench.png"))
     result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
-                                          progress=teller(), plane=options.plane))
+                                          progress=progress_line(), plane=options.plane))
     folder = result.save(options.out)
     print(result.table())
     print(f"written to {folder}/: bench.json, bench.png")

@@ -13,19 +13,19 @@ from fvkit.output.figures import save_all
 from fvkit.pointwise.part import public_name
 from fvkit_granular.cli.options import one_of
 from fvkit_granular.models.registry import MODELS
+from fvkit_granular.models.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.advise_terrain import effort
 
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    check = add_command(commands, "check", _check, "read a scene on a terrain and draw it; report volumes, slopes and run time",
+    check = add_command(commands, "check", _check, "check a scene on a terrain before a run: figure, volumes, slopes, run time",
                         "fvkit check torrent.toml --out check.png")
     check.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     one_of(check, "--model", MODELS, "two-phase")
-    check.add_argument("--out", type=Path, metavar="FILE", help="the picture, .png (default SCENE-check.png)")
+    check.add_argument("--out", type=Path, metavar="FILE", help="figure, .png (default SCENE-check.png)")
 
 
 def _check(options: argparse.Namespace) -> int:

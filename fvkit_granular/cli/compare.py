@@ -17,7 +17,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.studies.compare import compare, compared
 
-#: What may stand on an axis of --plot-axes: columns of report.csv, of which some go on with a dot and a quantity.
+#: Columns of report.csv for --plot-axes; some are followed by a dot and a quantity.
 AXES = ("order", "cells", "steps", "rejected", "seconds", "seconds_min", "ns_per_cell_step", "error", "error_l2", "error_max",
         "order_observed", "mass_drift")
 
@@ -43,7 +43,7 @@ def register(commands: Any) -> None:
     study.add_argument("--seconds", type=float, metavar="S",
                        help="time limit per run (s); runs expected to exceed it are skipped, others are stopped (default: none)")
     study.add_argument("--plot-axes", nargs=2, action="append", default=[], metavar=("X", "Y"),
-                       help="draw one more picture, column Y of report.csv over column X, such as steps error.h")
+                       help="extra figure: column Y of report.csv over column X, such as steps error.h")
     study.add_argument("--wide", action="store_true", help="print every column (default: a table of at most 100 columns)")
     common.common_options(study, "fvkit-compare-SCENE")
 
@@ -57,7 +57,7 @@ def _compare(options: argparse.Namespace) -> int:
     asked = [f"{y}-over-{x}.{options.format}" for x, y in options.plot_axes]
     folder = usable_folder(common.results_folder(options, "compare", scene_label(options.scene)), "--out",
                            ("report.json", "report.csv", *always, *asked))
-    tell = common.teller()
+    tell = common.progress_line()
     report, stopped = done_so_far(partial(compare, chosen, options.models, cells=options.cells, repeats=options.repeats,
                                           backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
     if tell is not None:

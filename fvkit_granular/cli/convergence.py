@@ -10,14 +10,14 @@ from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
 from fvkit.studies.convergence import NORMS
-from fvkit_granular.cli.options import COUNT, add_scheme_options, checked, one_of, scheme_of, teller
+from fvkit_granular.cli.options import COUNT, add_scheme_options, checked, one_of, progress_line, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    parser = add_command(commands, "convergence", _convergence, "measure the order of one scheme on one scene",
+    parser = add_command(commands, "convergence", _convergence, "measure the order of convergence of one scheme on one scene",
                          "fvkit convergence slip-over-bottom --riemann roe --reconstruction mp5 --integrator dp5 --expect 4.8")
     parser.add_argument("scene", metavar="SCENE", help=SCENE_HELP)
     one_of(parser, "--model", MODELS, "two-phase")
@@ -36,7 +36,7 @@ def _convergence(options: argparse.Namespace) -> int:
     scheme = scheme_of(options)
     if options.out is not None:
         usable_folder(options.out, "--out", ("convergence.json", "convergence.png"))
-    tell = teller()
+    tell = progress_line()
     found, stopped = done_so_far(partial(convergence, partial(chosen.problem, options.model), scheme, options.cells,
                                          chosen.known_reference(), norm=options.norm, backend=options.backend, progress=tell))
     if tell is not None:

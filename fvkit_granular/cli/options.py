@@ -31,18 +31,18 @@ def checked(kind: type, check: Callable[..., Any], **rules: Any) -> Callable[[st
         except (ValueError, TypeError) as error:
             raise argparse.ArgumentTypeError(str(error)) from None
 
-    parse.__name__ = kind.__name__  # argparse says what a text is not
+    parse.__name__ = kind.__name__  # argparse shows this name in its message
     return parse
 
 
 def named(known: Iterable[str]) -> Callable[[str], Any]:
-    """Return a ``type`` of argparse: one of the names, or what it stands for in a mapping."""
+    """Return a ``type`` of argparse: one of the names, or its value in a mapping."""
     check = checked(str, validation.choice, known=known)
     return (lambda text: known[check(text)]) if isinstance(known, Mapping) else check
 
 
 def one_of(parser: argparse.ArgumentParser, option: str, known: Iterable[str], default: str, what: str = "") -> None:
-    """Add an option that takes one of the names; ``what`` is said before them in its help."""
+    """Add an option that takes one of the names; ``what`` precedes them in its help."""
     parser.add_argument(option, type=named(known), default=default, help=f"{what}one of {', '.join(known)} (default {default})")
 
 
@@ -51,7 +51,7 @@ COUNT = checked(int, validation.whole, at_least=1)
 
 
 def cells_of(text: str) -> Any:
-    """Return a number of cells, or a pair: what "80" or "80x40" says, as a ``type`` of argparse."""
+    """Return a number of cells, or a pair, from "80" or "80x40", as a ``type`` of argparse."""
     try:
         counts = [int(part) for part in text.split("x")]
     except ValueError:
@@ -63,7 +63,7 @@ def cells_of(text: str) -> Any:
 
 
 def place_of(text: str) -> Any:
-    """Return a place x, or a pair: what "12.5" or "12.5,40" says, as a ``type`` of argparse."""
+    """Return a place x, or a pair, from "12.5" or "12.5,40", as a ``type`` of argparse."""
     try:
         places = tuple(validation.real(float(part), "value") for part in text.split(","))
     except ValueError:
@@ -99,7 +99,7 @@ def parts_of(options: argparse.Namespace, name: str) -> list[Any]:
 
 
 def methods_of(options: argparse.Namespace) -> list[str]:
-    """Return the names of the methods that are asked for; options of a method that is not are a mistake."""
+    """Return the names of the requested methods; options of other methods are an error."""
     given = _names(options.method)
     for name in given:
         validation.choice(name, "--method", METHODS)
@@ -159,7 +159,7 @@ def results_folder(options: argparse.Namespace, command: str, name: str) -> Path
     return options.out or Path(f"fvkit-{command}-{name}")
 
 
-def teller() -> Callable[[str], None] | None:
+def progress_line() -> Callable[[str], None] | None:
     """A function that shows one changing line on a terminal; None where stderr is none."""
     if not sys.stderr.isatty():
         return None

@@ -1,4 +1,4 @@
-"""What ``fvkit run`` leaves: solution, pictures and records in a folder, and what it prints."""
+"""Results of ``fvkit run``: solution, pictures and records in a folder, and the printed summary."""
 
 import argparse
 import json
@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fvkit import Solution, Status, load
+from fvkit import Scheme, Solution, Status, load
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS
 from fvkit.files import remove
 from fvkit.output.configuration import build
@@ -23,17 +23,17 @@ from fvkit.output.plots import KINDS, MAPS, enlargement, space_time
 from fvkit.pointwise.part import public_name
 from fvkit.studies.scheme_names import settings
 from fvkit.studies.tables import plain
-from fvkit_granular.cli.options import results_folder
+from fvkit_granular.cli.options import DEFAULTS
+from fvkit_granular.models.slope import deep, is_steep, said_of, steep_equations, steepest
 from fvkit_granular.plots import slip
 from fvkit_granular.scenes.reference import Reference
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import deep, is_steep, said_of, steep_equations, steepest
 from fvkit_granular.studies.compare import deviations
 from fvkit_granular.studies.hazard_report import file_names, is_record, write_hazard
 from fvkit_granular.studies.mass_balance import MassBalance, mass_balance
 from fvkit_granular.studies.series import told_along, write_series
 
-#: Key of the configuration that says which files a run wrote beside its solution.
+#: Key of the configuration with the names of the files that a run wrote beside its solution.
 FILES = "files"
 
 #: Pictures of the end of a scene with one axis, by name, the first of every run and others on request; and with two axes, all of
@@ -53,7 +53,7 @@ UNSUCCESSFUL = "unsuccessful"
 
 @attrs.frozen(eq=False)
 class Recorded:
-    """What a run has recorded at every step, the scene that asked for it, and the formats of its rasters and of its maps."""
+    """Records of a run at every step, with its scene and the formats of its rasters and maps."""
 
     scene: Scene
     watched: dict[str, Any]
@@ -87,13 +87,20 @@ def ends(options: argparse.Namespace) -> Any:
     return None if options.line is None else (options.line[:2], options.line[2:])
 
 
-def show(name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace, reached: float = 0.0,
-          recorded: Recorded | None = None, again: str = "") -> int:
-    """Write the files of a run, print what is to be said, and return the exit code.
+def run_name(scene: str, model: Any, scheme: Scheme) -> str:
+    """Return scene, model and Riemann solver joined by hyphens, and the parts of the scheme that are not the default ones."""
+    parts = settings(scheme)
+    words = [parts["limiter"], parts["integrator"]] if parts["integrator"] else \
+        [f"order-{parts['order']}"] if parts["order"] == 1 else [parts["limiter"]] * (parts["limiter"] != DEFAULTS["limiter"])
+    return "-".join([scene, public_name(model), parts["riemann"], *words])
 
-    ``again`` says how the run goes on where its result cannot be written.
+
+def show(folder: Path, name: str, solution: Solution, reference: Reference | None, options: argparse.Namespace,
+         reached: float = 0.0, recorded: Recorded | None = None, again: str = "") -> int:
+    """Write the files of a run, print its summary, and return the exit code.
+
+    ``again`` is the command that continues the run where its result cannot be written.
     """
-    folder = results_folder(options, "run", name)
     kept = not solution.success and _succeeded(folder)
     folder = folder / UNSUCCESSFUL if kept else folder
     folder.mkdir(parents=True, exist_ok=True)
@@ -141,7 +148,7 @@ def _write_beside(folder: Path, solution: Solution, options: argparse.Namespace,
 
 
 def _told(title: str, solution: Solution, slope: float, summary: str, reference: Reference | None) -> list[str]:
-    """Return the lines that are said of a run: scene, model and scheme, how it went, its slopes, results and errors."""
+    """Return the lines of the summary of a run: scene, model and scheme, status, slopes, results and errors."""
     stats, grid, scheme = solution.stats, solution.grid, settings(build(solution.configuration["scheme"]))
     method = [scheme["limiter"], scheme["integrator"]] if scheme["integrator"] else [f"order {scheme['order']}"]
     lines = [", ".join([f"{title}: {public_name(solution.model)}", scheme["riemann"], *method, f"{grid.described} cells",
@@ -172,7 +179,7 @@ def _slope(solution: Solution) -> float:
 
 
 def _pictures(axes: int, options: argparse.Namespace, terrain: bool) -> dict[str, Callable[[Solution], Figure]]:
-    """Pictures of the end, {name: function of the solution}; on a terrain those alone that are asked for."""
+    """Pictures of the end, {name: function of the solution}; on a terrain only those of the options."""
     if axes > 1:
         lines = {"cut": {"line": ends(options)}}
         asked = {*options.plot, *["cut"] * (options.line is not None)} if terrain else set(MAPS)
@@ -201,7 +208,7 @@ def _succeeded(folder: Path) -> bool:
 
 
 def _earlier(folder: Path) -> list[str]:
-    """Names of what an earlier ``fvkit run`` wrote into its folder beside its solution, as that says; none outside."""
+    """Names of the files of an earlier ``fvkit run`` in the folder, from its solution; none outside the folder."""
     try:
         with np.load(folder / "solution.npz", allow_pickle=False) as kept:
             names = list(json.loads(str(kept["configuration"]))[FILES])

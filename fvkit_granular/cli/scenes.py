@@ -2,9 +2,11 @@
 
 import argparse
 from functools import partial
+from textwrap import fill
 from typing import Any
 
 from fvkit.cli import SUCCESS, add_command
+from fvkit.studies.tables import WIDTH
 from fvkit_granular.scenes.library.catalogue import scene, scene_names
 from fvkit_granular.scenes.toml.read import SAMPLES, find_scene
 from fvkit_granular.scenes.toml.table import toml_text
@@ -15,7 +17,7 @@ def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     listed = add_command(commands, "scenes", _scenes, "list the built-in scenes, or show one as a TOML file",
                          "fvkit scenes --show riemann > mine.toml")
-    listed.add_argument("--show", metavar="SCENE", help="print one as TOML: a file that runs to the same result, to the bit")
+    listed.add_argument("--show", metavar="SCENE", help="print SCENE as a TOML file, which gives bitwise the same result")
 
 
 def _scenes(options: argparse.Namespace) -> int:
@@ -29,5 +31,6 @@ def _scenes(options: argparse.Namespace) -> int:
     wide = max(map(len, every))
     for name, make in every.items():
         shown = make()
-        print(f"{name:{wide}s}  {len(shown.axes)} {'axes' if len(shown.axes) > 1 else 'axis'}  {shown.description}")
+        start = f"{name:{wide}s}  {len(shown.axes)} {'axes' if len(shown.axes) > 1 else 'axis'}  "
+        print(fill(shown.description, WIDTH, initial_indent=start, subsequent_indent=" " * len(start)))
     return SUCCESS

@@ -9,7 +9,7 @@ from typing import Any
 from fvkit.backends import BACKENDS
 from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import COUNT, named, teller
+from fvkit_granular.cli.options import COUNT, named, progress_line
 from fvkit_granular.scenes.toml.read import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.suite import stress
@@ -20,13 +20,12 @@ WRITTEN = ("stress.json", "stress.txt", "stress.png")
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    parser = add_command(commands, "stress", lambda options: _stress(options, teller()),
+    parser = add_command(commands, "stress", lambda options: _stress(options, progress_line()),
                          "run the hard test scenes with models, solvers, orders and backends, and check each run",
                          "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full")
-    parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes, or scene files that end in .toml (default: all "
-                        "hard scenes)")
+    parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes or scene files (.toml; default: all hard scenes)")
     parser.add_argument("--full", action="store_true", help="run all combinations (default: a pairwise covering of the settings)")
-    parser.add_argument("--scenes", nargs="+", metavar="S", help=f"the same, as an option: hard scenes are {', '.join(CASES)}")
+    parser.add_argument("--scenes", nargs="+", metavar="S", help=f"same as SCENE; the hard scenes are {', '.join(CASES)}")
     parser.add_argument("--backends", nargs="+", type=named(BACKENDS[1:]), metavar="B",
                         help="numba, numpy or both (default: what is installed)")
     parser.add_argument("--workers", type=COUNT, help="processes (default: one per processor)")

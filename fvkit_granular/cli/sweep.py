@@ -26,7 +26,7 @@ from fvkit_granular.studies.scene_run import SceneRun
 DEFAULTS: dict[str, Any] = {"model": "two-phase", "cells": None, "scheme": {}, "samples": "latin-hypercube", "members": 100,
                             "seed": 0, "outputs": None, "thresholds": None, "backend": "auto"}
 
-#: What is kept where the file does not say, by the number of axes.
+#: Default outputs, by the number of axes.
 OUTPUTS = {1: ["max.h", "front.h"], 2: ["max.h", "mean.h"]}
 REQUIRED = ("scene", "parameters")
 
@@ -41,12 +41,12 @@ def register(commands: Any) -> None:
     """Add the command."""
     parser = add_command(commands, "sweep", _sweep, "run a parameter sweep described in a TOML file",
                          "fvkit sweep drag.toml --workers 4\n\ndrag.toml:\n" + EXAMPLE)
-    parser.add_argument("file", metavar="FILE", type=Path, help="the TOML file")
+    parser.add_argument("file", metavar="FILE", type=Path, help="TOML file of the sweep")
     parser.add_argument("--workers", type=COUNT, metavar="N",
                         help="processes (default: one per processor); with --dask the cluster decides")
     parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster whose scheduler has this address")
     parser.add_argument("--out", type=Path,
-                        help="folder for the results; a stopped sweep resumes there (default fvkit-sweep-FILE)")
+                        help="folder for the results; a sweep that was stopped resumes there (default fvkit-sweep-FILE)")
 
 
 EXAMPLE = """  scene = "debris-slope"
@@ -84,7 +84,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 
 def _netcdf(result: SweepResult, folder: Path) -> list[str]:
-    """Write sweep.nc where the extra is installed; say so where not."""
+    """Write sweep.nc where the extra is installed; otherwise print a message."""
     try:
         return [result.save(folder / "sweep.nc").name]
     except (ImportError, ValueError) as error:
@@ -107,7 +107,7 @@ def _executor(address: str | None) -> Iterator[Executor | None]:
 
 
 def read(path: Path) -> tuple[SceneRun | HazardRun, Keep, Samples]:
-    """Return what a file says: run, outputs and samples, checked on the first member.
+    """Return the run, outputs and samples of a file, checked on the first member.
 
     Raises
     ------
@@ -140,9 +140,9 @@ def read(path: Path) -> tuple[SceneRun | HazardRun, Keep, Samples]:
 def _hazard(run: SceneRun, samples: Samples, plan: dict[str, Any]) -> HazardRun:
     """Return the run that keeps hazard maps; ValueError without a terrain, or with outputs as well."""
     if run.scene_of(samples[0]).terrain is None:
-        raise ValueError("`thresholds` need a scene on a terrain: keep `outputs` such as [\"max.h\"]")
+        raise ValueError("`thresholds` need a scene on a terrain: give `outputs` such as [\"max.h\"]")
     if plan["outputs"] is not None:
-        raise ValueError("`outputs` and `thresholds` exclude each other: a sweep keeps numbers of the end, or hazard maps")
+        raise ValueError("`outputs` and `thresholds` exclude each other: give either values at the end or hazard maps")
     return HazardRun(run, plan["thresholds"])
 
 

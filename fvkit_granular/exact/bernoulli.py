@@ -86,7 +86,7 @@ def steady_flow(
     ------
     ValueError
         Where no such flow exists: choked by the crest, ``h_out`` of the other regime, or a jump that would be
-        drowned or swept out. The message says which.
+        drowned or swept out, see the message.
     """
     bottom = array(b, "b")
     if bottom.ndim != 1 or bottom.size < 2:
@@ -137,7 +137,7 @@ def _with_jump(bottom: FloatArray, q: float, energy: float, over: float, crest: 
     if holds.size == 0:
         raise ValueError(
             f"the jump is swept out: at the outlet the supercritical flow (h = {h[-1]:.6g} m) pushes harder than the "
-            "depth asked for; raise h_out, or use regime=\"transcritical\" for the flow without a jump"
+            "depth h_out; raise h_out, or use regime=\"transcritical\" for the flow without a jump"
         )
     return np.concatenate([h[: reached[holds[0]]], after[holds[0] :]])
 

@@ -31,7 +31,7 @@ ROUNDING = 1e-12
 
 @attrs.frozen(eq=False)
 class MovingEquilibrium:
-    """A steady flow of two masses over a bottom, as `steady` finds it.
+    """Moving equilibrium: a steady flow of two masses over a bottom, the result of `steady`.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class MovingEquilibrium:
         return hs, hf
 
     def averages(self, model: Model, grid: Grid) -> np.ndarray:
-        """Return the cell averages (num_eqn, n) of what the flow is to ``model``.
+        """Return the cell averages (num_eqn, n) of the flow in the variables of ``model``.
 
         By Gauss's rule with five nodes in each cell: exact to rounding where kinks of the bottom lie on cell edges.
         """
@@ -140,10 +140,10 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
     ----------
     bottom : x (m,) -> height b (m,), m; continuous. Its derivative is not needed.
     inflow : h, m, phi in (0, 1), vs, vf, m/s (0 where missing).
-    interval : (lower, upper), m, where the profile is wanted.
+    interval : (lower, upper), m, of the profile.
     at : where the inflow holds, m, within the interval; default: its lower end.
     model : `TwoPhase` (default, gamma = 0.5) or `TwoLayer`.
-    transcritical : a flow that becomes critical at the highest point of the bottom and goes on behind it on the other
+    transcritical : a flow that becomes critical at the highest point of the bottom and continues behind it on the other
         branch. Such a flow has one datum less: discharges and phi of the inflow are kept, and its h adapted.
 
     Returns
@@ -154,17 +154,26 @@ def steady(bottom: Callable[[np.ndarray], Any], inflow: Mapping[str, float], int
     ------
     ValueError
         Where no such flow exists: choked before the crest, complex characteristic speeds on the way, no depth that passes
-        the crest. The message says where and what to change.
+        the crest. The message has the place and the remedy.
     TypeError
         For a model that has no such flows.
 
     Notes
     -----
-    A flow that is transcritical for the outer waves needs ``WavePropagation(..., entropy_fix=False)`` to be kept: the fix
-    takes it for a transonic rarefaction. Either side of a wave's critical point will do, for outer and inner waves, and so will a
-    passage through either. For vs = vf and uniform phi the flow is that of one phase, `exact.steady_flow`.
+    A flow that is transcritical for the outer waves is preserved with ``WavePropagation(..., entropy_fix=False)`` only, since
+    the fix acts on it as on a transonic rarefaction. Flows on either side of the critical point of a wave, outer or inner, exist,
+    and flows through it. For vs = vf and uniform phi the flow is that of one phase, `exact.steady_flow`.
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.8); form in b derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> inflow = {"h": 1.0, "phi": 0.6, "vs": 0.3, "vf": 0.2}
+    >>> flow = gr.steady(lambda x: 0.2 * np.exp(-(x - 5.0) ** 2), inflow, interval=(0.0, 10.0), at=0.0)
+    >>> {name: round(float(value), 4) for name, value in flow.at(5.0).items()}
+    {'h': 0.7989, 'phi': 0.5956, 'vs': 0.3783, 'vf': 0.2476}
     """
     from fvkit_granular.exact.steady_curve import discharges
 
@@ -252,7 +261,7 @@ def _choked(flow: "Discharges", piece: "Piece", samples: tuple[np.ndarray, np.nd
     waves = "outer" if standing in (0, 3) else "inner"
     return (f"choked flow: with these discharges the {waves} waves stand at b = {height:.6g} (first at x = {where:.6g}), where "
             f"hs = {hs:.6g}, hf = {hf:.6g}, vs = {flow.ms / hs:.6g}, vf = {flow.mf / hf:.6g}; the bottom goes on to {way} by "
-            f"{(sign * (b - height)).max():.6g} m; lower the crest or the discharges, raise the depth, or ask for "
+            f"{(sign * (b - height)).max():.6g} m; lower the crest or the discharges, raise the depth, or choose "
             "transcritical=True, which adapts the depth")
 
 

@@ -40,7 +40,7 @@ class PeriodicFlow:
     def at(self, x: Any, t: float) -> dict[str, FloatArray]:
         """Return ``h``, ``phi``, ``vs``, ``vf`` at the points ``x`` (any shape); ``t`` must be that of the flow."""
         if abs(t - self.t) > 1e-12 * max(1.0, self.t):
-            raise ValueError(f"`t` must be that of the flow, {self.t:g} s, got {t:g}: ask periodic_flow for another time")
+            raise ValueError(f"`t` must be that of the flow, {self.t:g} s, got {t:g}: call periodic_flow for another time")
         hs, ms, hf, mf = _values(self.coefficients, (np.asarray(x, dtype=float) - self.lower) / self.length)
         return {"h": hs + hf, "phi": hs / (hs + hf), "vs": ms / hs, "vf": mf / hf}
 
@@ -57,7 +57,7 @@ def periodic_flow(initial: Callable[[np.ndarray], Mapping[str, Any]], bottom: Ca
     t : time, s, positive, before anything steepens into a shock.
     interval : (lower, upper), m.
     g, gamma : gravity, m/s^2; density ratio in (0, 1).
-    modes : Fourier modes; ``accuracy`` of the result says whether they suffice.
+    modes : Fourier modes; ``accuracy`` of the result shows whether they suffice.
     drag : constant drag coefficient D, 1/s, >= 0; the march is explicit, so its time grows with D beyond 1e3.
 
     Raises

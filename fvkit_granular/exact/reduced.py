@@ -131,7 +131,7 @@ def reduced_riemann(
 
 
 def _velocity_change(h: float, outer: float, g: float) -> float:
-    """Return what the velocity changes by across the wave from depth ``outer`` to ``h``."""
+    """Return the change of velocity across the wave from depth ``outer`` to ``h``."""
     if h <= outer:
         return 2.0 * (float(np.sqrt(g * h)) - float(np.sqrt(g * outer)))
     return (h - outer) * float(np.sqrt(0.5 * g * (h + outer) / (h * outer)))

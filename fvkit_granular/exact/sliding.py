@@ -22,7 +22,7 @@ class Accelerated:
 
     Attributes
     ----------
-    solution : what it is made of: an object with ``kind`` and ``at(x, t)`` -> dict with h and v.
+    solution : the solution that slides: an object with ``kind`` and ``at(x, t)`` -> dict with h and v.
     acceleration : of the frame, m/s^2.
     v0 : its velocity at t = 0, m/s.
     """

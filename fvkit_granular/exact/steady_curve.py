@@ -38,7 +38,7 @@ class Discharges:
     mf: float
 
     def standing(self, hs: Any, hf: Any) -> Any:
-        """Return what changes its sign where a wave stands: P(0), the product of the four characteristic speeds, m^4/s^4."""
+        """Return a number that changes sign at a standing wave: P(0), the product of the four characteristic speeds, m^4/s^4."""
         css, cff, _, rest = self.model.couplings(hs, hf)
         vs2, vf2 = (self.ms / hs) ** 2, (self.mf / hf) ** 2
         return rest - css * vf2 - cff * vs2 + vs2 * vf2
@@ -64,10 +64,10 @@ class Discharges:
 
 @frozen
 class OneVelocity(Discharges):
-    """Discharges of two phases with one velocity and uniform phi, which stay so: there inner waves may stand unnoticed."""
+    """Discharges of two phases with one velocity and uniform phi, which remain uniform: standing inner waves have no effect."""
 
     def standing(self, hs: Any, hf: Any) -> Any:
-        """Return what changes its sign where an outer wave stands, m^3/s^2."""
+        """Return a number that changes sign at a standing outer wave, m^3/s^2."""
         css, _, csf, _ = self.model.couplings(hs, hf)
         return ((css - (self.ms / hs) ** 2) * hs + csf * hf) * (hs + hf) / hs
 
@@ -97,7 +97,7 @@ class Piece:
     path : s -> (hs, hf, b), vectorised over s.
     start, end : ends of s, m.
     y_start, y_end : (hs, hf, b) there.
-    critical : whether a wave stands at the end, so that the piece cannot be continued on this branch.
+    critical : whether there is a standing wave at the end, so that the piece cannot be continued on this branch.
     """
 
     path: Any
@@ -126,7 +126,7 @@ class Piece:
 
 
 def follow(flow: Discharges, start: tuple[float, float, float], heading: float, to: float, scale: float) -> Piece:
-    """Follow the steady curve from ``start`` until b is ``to`` or a wave stands.
+    """Follow the steady curve from ``start`` until b is ``to`` or a wave is standing.
 
     Parameters
     ----------

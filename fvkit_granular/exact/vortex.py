@@ -1,4 +1,4 @@
-"""Vortices in the plane: of shallow water, which stands or is carried along, and of two phases with slip over a bottom.
+"""Vortices in the plane: of shallow water, standing or carried along, and of two phases with slip over a bottom.
 
 A steady vortex turns each layer by its own push: v^2/r is the pressure gradient over the mass. Velocities fall like a Gaussian,
 so that nothing but rest, or the drift, is left a few radii away.

@@ -46,6 +46,13 @@ class PitmanLe(TwoMasses):
 
     Source: equation (2.2d) and (3.3) of Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, after Pitman and Le (2005);
     path, matrix, bounds and cross term derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> model = gr.PitmanLe(gamma=0.5)
+    >>> model.conserved_from(h=1.0, phi=0.6, vs=1.0, vf=2.0).tolist()
+    [0.6, 0.6, 0.4, 0.8]
     """
 
     def flux(self, q):

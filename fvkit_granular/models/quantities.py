@@ -41,7 +41,7 @@ LAYERS = QUANTITIES | {
     "interface": ("m", "height of the interface between the layers"),
 }
 
-#: What these models may be asked besides: friction and ends ask for the first two, rain for the last.
+#: More methods of these models: friction and ends call the first two, rain the last.
 QUESTIONS: tuple[Question, ...] = (
     *Model.questions,
     Question("depth", ("q",), "number", "friction, ends"),

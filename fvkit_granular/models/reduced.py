@@ -56,6 +56,13 @@ class Reduced(ShallowFlow):
     of the velocity, h^ and M^ arithmetic means. The Roe matrix satisfies A^ dq = df exactly (derived here).
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (5.1).
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> model = gr.Reduced(gamma=0.5)
+    >>> model.conserved_from(h=1.0, phi=0.6, vs=1.0, vf=1.0).round(12).tolist()
+    [1.0, 0.8, 0.8]
     """
 
     cite: ClassVar[tuple[Work, ...]] = (PELANTI_2008,)

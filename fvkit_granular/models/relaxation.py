@@ -23,6 +23,15 @@ class Relaxation(RiemannSolver):
 
     Source: derived here, for fluctuations of a nonconservative system; relaxation speeds in the spirit of
     F. Bouchut, Nonlinear Stability of Finite Volume Methods, 2004 (remembered).
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> problem = gr.scene("dry-dam-break").problem(gr.TwoPhase, 50)
+    >>> solution = fv.solve(problem, fv.WavePropagation(gr.Relaxation()), backend="numpy")
+    >>> bool(solution.q[-1][[0, 2]].min() >= 0.0)
+    True
     """
 
     needs: ClassVar[tuple[str, ...]] = ("relaxation",)

@@ -11,6 +11,7 @@ from fvkit import Model, RiemannSolver, validation
 from fvkit.problem.fields import seen_as
 from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS
 from fvkit_granular.models.relaxation import Relaxation
+from fvkit_granular.models.slope import steep_equations, warn_of_steep_ground
 from fvkit_granular.models.steep import OnBed
 from fvkit_granular.models.wet_dry import resolved
 
@@ -25,7 +26,8 @@ class ShallowFlow(Model, ABC):
     1. The fields ``g``, gravity, m/s^2, and ``dry``, a depth, m, or None, are parameters of the model.
     2. ``conserved_from(h, phi, vs, vf)`` converts primitive to conserved variables; ``depth(q)`` returns the depth.
     3. ``basal_load(q)`` is used by friction, ``poured(q, solid, fluid)`` by rain.
-    4. ``slope="steep"`` takes the equations for steep ground, see `fvkit_granular.models.steep`; ``"mild"`` those of the paper.
+    4. ``slope="steep"`` takes the equations for steep ground, see `fvkit_granular.models.steep`; ``"mild"`` those of the paper,
+       with a `SteepSlopeWarning` for a problem whose flow may reach ground above 15 degrees.
     """
 
     questions = QUESTIONS
@@ -49,6 +51,11 @@ class ShallowFlow(Model, ABC):
     @abstractmethod
     def poured(self, q, solid, fluid):
         """Return the masses after adding depths of solid and fluid, m; a negative depth removes at most the existing mass."""
+
+    def check_validity(self, problem: Any) -> None:
+        if not steep_equations(self):
+            given: Any = self
+            warn_of_steep_ground(problem, given.g)
 
     def relief(self) -> str | None:
         return "b" if self.slope == "steep" else None

@@ -47,6 +47,14 @@ class ShallowWater(ShallowFlow):
     -----
     A two-phase state is converted with v = phi vs + (1 - phi) vf, which conserves the volume flux; phi is dropped. For
     constant phi and vs = vf the solution is that of the two-phase model.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> model = gr.ShallowWater()
+    >>> q = model.conserved_from(h=1.0, phi=0.6, vs=2.0, vf=2.0)
+    >>> [round(float(speed), 6) for speed in model.wave_speeds(tuple(q))]
+    [-1.132092, 5.132092]
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("h", "h v")

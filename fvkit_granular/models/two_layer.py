@@ -45,6 +45,13 @@ class TwoLayer(PressureCoupled):
     slip, between points where it is negative).
 
     Source: equations classical; jump on the segment of the depths, balanced at emerging layers, derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> model = gr.TwoLayer(gamma=0.8)
+    >>> model.conserved_from(h=2.0, phi=0.25, vs=1.0, vf=2.0).tolist()
+    [0.5, 0.5, 1.5, 3.0]
     """
 
     quantities: ClassVar[Mapping[str, tuple[str, str]]] = LAYERS

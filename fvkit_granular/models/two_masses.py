@@ -47,7 +47,7 @@ class TwoMasses(ShallowFlow, ABC):
     g : gravity, m/s^2, positive.
     gamma : density ratio of the second mass to the first, in (0, 1).
     dry : depth of a mass, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; smaller values let ever thinner films set the time step.
+        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; with smaller values ever thinner films limit the time step.
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")

@@ -28,7 +28,7 @@ class TwoPhase(PressureCoupled):
     g : gravity, m/s^2, positive.
     gamma : density ratio fluid/solid in (0, 1).
     dry : depth of a phase, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; smaller values let ever thinner films set the time step.
+        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; with smaller values ever thinner films limit the time step.
 
     Notes
     -----
@@ -38,6 +38,16 @@ class TwoPhase(PressureCoupled):
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885. Roe averages: the velocity means of the paper with
     arithmetic depths, derived here to satisfy A^ dq = df + w^ exactly.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(h=1.0, phi=0.6, vs=1.0, vf=2.0)
+    >>> q.tolist()
+    [0.6, 0.6, 0.4, 0.8]
+    >>> [round(float(speed), 6) for speed in model.wave_speeds(tuple(q))]
+    [-2.132092, 5.132092]
     """
 
     cite: ClassVar[tuple[Work, ...]] = (PELANTI_2008,)

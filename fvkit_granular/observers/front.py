@@ -30,6 +30,15 @@ class Front(Observer):
         (k,) positions, m; NaN where no cell is deeper than the threshold.
     deposit : numpy.ndarray
         (num_cells,) depth at the last step where all velocities are below ``at_rest``, 0 elsewhere, m.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> front = gr.Front(threshold=0.01)
+    >>> solution = fv.solve(gr.scene("dry-dam-break").problem(gr.ShallowWater, 100), observers=front, backend="numpy")
+    >>> len(front.t) == solution.stats.steps + 1, bool(front.right[-1] > front.right[0])
+    (True, True)
     """
 
     threshold: float = number(above=0.0)

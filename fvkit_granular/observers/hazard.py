@@ -18,7 +18,7 @@ STEEPEST = 3.0**0.5
 #: Plausible densities, kg/m^3: powder snow, and more than any rock.
 LIGHTEST, HEAVIEST = 10.0, 10_000.0
 
-#: Maps, with what a cell has where no flow came.
+#: Maps, with the value of a cell that no flow reached.
 MAPS = {"depth": 0.0, "speed": 0.0, "pressure": 0.0, "phi": np.nan, "arrival": np.inf, "duration": 0.0}
 
 
@@ -28,11 +28,11 @@ class HazardMaps(Observer):
 
     Speed is that of the mass, (hs vs + gamma hf vf)/(hs + gamma hf) with two phases; with ``slope="steep"`` along the ground, its
     vertical part included, up to slopes of 60 degrees. Dynamic pressure is rho speed^2, with
-    rho = density (phi + gamma (1 - phi)) of what flows.
+    rho = density (phi + gamma (1 - phi)) of the mixture.
 
     Parameters
     ----------
-    threshold : depth, m, from which on the flow counts as arrived, and for which it lasts.
+    threshold : depth, m, above which the flow has arrived, for arrival and duration.
     density : of the solid, kg/m^3; of a model with one phase that of the flow.
     least : depth, m, below which speed and pressure are not recorded: films may be fast.
 
@@ -105,7 +105,7 @@ class HazardMaps(Observer):
         return {"depth": h, "phi": phi, "speed": np.sqrt(square), "pressure": self.density * share * square}
 
     def _note(self, maps: dict[str, np.ndarray], seen: dict[str, np.ndarray], t: float) -> None:
-        """Write what is seen into views of the maps."""
+        """Write observables into views of the maps."""
         deepest = seen["depth"] > maps["depth"]
         maps["phi"][deepest] = seen["phi"][deepest]
         for name in ("depth", "speed", "pressure"):

@@ -15,8 +15,8 @@ from fvkit.validation import number
 class RunOut(Observer):
     """Run-out: the farthest place along a path line, such as a thalweg, where the flow is deeper than a threshold, over time.
 
-    Cells that the line passes through are looked at, so a flow beside it is not seen: draw it where the flow goes. A place is the
-    middle of the line within its cell, so it is known to about half a cell. Grids with two axes; with one see `Front`.
+    Only cells on the line count, so the line must follow the flow. A place is the middle of the line within its cell, accurate
+    to about half a cell. Grids with two axes; with one see `Front`.
 
     Parameters
     ----------

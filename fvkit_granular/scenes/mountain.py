@@ -16,7 +16,7 @@ GAPS = ("outlet", "wall")
 #: Height of a wall above the highest ground, m; rate at which an outlet empties its cells, 1/s.
 WALL, EMPTYING = 1000.0, 1e9
 
-#: Width of the outlet along its edge, cells: what a step can cross.
+#: Width of the outlet along its edge, cells: the distance that a step can cross.
 REACH = 2
 
 
@@ -85,7 +85,7 @@ class ReleasedFlow:
 
     Parameters
     ----------
-    release : what is released.
+    release : the released mass.
     phi : solid fraction where the release gives none.
     """
 

@@ -16,7 +16,7 @@ INTERPOLATIONS = ("linear", "constant")
 
 @attrs.frozen
 class Profile(Shape):
-    """A column of a CSV file over another one: a shape that knows where it comes from. `Profile.read` makes it.
+    """Profile from a CSV file: one column over another, as a shape. `Profile.read` makes it.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Profile(Shape):
     @classmethod
     def read(cls, path: str | Path, column: str, interpolation: str, along: str = "x", measures: str = "length",
              over: Any = None) -> "Profile":
-        """Return the function that a CSV file holds.
+        """Return the profile of a CSV file.
 
         Parameters
         ----------
@@ -46,8 +46,8 @@ class Profile(Shape):
         column : name of the column, without its unit.
         interpolation : ``"linear"`` or ``"constant"``.
         along : name of the column of x, ascending.
-        measures : what the column is: ``"length"``, ``"speed"`` or ``"share"``.
-        over : with two axes what it varies over, see ``gr.shapes.Shape``.
+        measures : quantity of the column: ``"length"``, ``"speed"`` or ``"share"``.
+        over : with two axes the coordinate that it varies over, see ``gr.shapes.Shape``.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class Profile(Shape):
         return cls(table.path, column, along, interpolation, x, values, over=over)
 
     def warn_of_units(self) -> None:
-        """Warn where the numbers of a bottom look like another unit than the header names."""
+        """Warn if the values of a bottom suggest another unit than that of the header."""
         length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
         looks = implausible(self.values, length)
         if looks == "steep":
@@ -78,7 +78,7 @@ class Profile(Shape):
         points = np.asarray(x, dtype=float)
         if points.size and (points.min() < self.x[0] or points.max() > self.x[-1]):
             raise ValueError(f"{self.path}: column `{self.column}` covers {self.along} from {self.x[0]:.10g} to "
-                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is asked for: add "
+                             f"{self.x[-1]:.10g} m, but x from {points.min():.10g} to {points.max():.10g} m is needed: add "
                              "rows, or shorten `interval`")
         if self.interpolation == "linear":
             return np.interp(points, self.x, self.values)

@@ -1,4 +1,4 @@
-"""References that a scene is measured against: a function of space and time, or a run on a finer grid."""
+"""Reference solutions of scenes: a function of space and time, or a run on a finer grid."""
 
 import inspect
 from abc import ABC, abstractmethod
@@ -24,8 +24,8 @@ class Reference(ABC):
     """Abstract reference solution. Contract:
 
     1. ``kind`` is ``"exact"``, ``"semi-exact"`` (depends on a path) or ``"self-converged"``; ``detail`` is one sentence.
-    2. ``averages(model, grid, t)`` returns cell averages (rows, *grid.shape) of what the flow is to ``model``.
-    3. ``path_sensitivity()`` returns how much hangs on the path across shocks, with a line of ``text``; None if nothing.
+    2. ``averages(model, grid, t)`` returns cell averages (rows, *grid.shape) of the flow in the variables of ``model``.
+    3. ``path_sensitivity()`` returns the sensitivity to the path across shocks, with a line of ``text``; None if there is none.
 
     Parameters
     ----------
@@ -41,13 +41,13 @@ class Reference(ABC):
         """Return the reference as cell averages of the conserved quantities of ``model``."""
 
     def path_sensitivity(self) -> dict[str, Any] | None:
-        """Return what `fvkit_granular.exact.path_sensitivity` finds, None for flows without internal shocks."""
+        """Return the result of `fvkit_granular.exact.path_sensitivity`, None for flows without internal shocks."""
         return None
 
 
 @attrs.frozen(eq=False)
 class FunctionReference(Reference):
-    """A reference given as a function.
+    """Reference solution given as a function.
 
     Parameters
     ----------
@@ -55,7 +55,15 @@ class FunctionReference(Reference):
     detail : one sentence: which solution, how accurate.
     at : (x, t) -> {h, phi, vs, vf}; with two axes (x, y, t) -> {h, phi, vs_x, vs_y, vf_x, vf_y}.
     bottom : x, or x and y -> b, m, under a flow that gives ``surface`` for h.
-    sensitivity : what ``path_sensitivity`` returns, computed when it is asked.
+    sensitivity : function for ``path_sensitivity``, called when it is needed.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> reference = gr.FunctionReference("exact", "rest", at=lambda x, t: {"h": 1.0 + 0.0 * x, "phi": 0.5, "vs": 0.0, "vf": 0.0})
+    >>> reference.kind
+    'exact'
     """
 
     at: Callable[..., Mapping[str, Any]] = validation.field(
@@ -85,7 +93,7 @@ class FunctionReference(Reference):
 
 @attrs.frozen(eq=False)
 class SelfConverged(Reference):
-    """The full model itself on a fine grid, averaged onto the cells of the coarse one.
+    """Self-converged reference: the full model on a fine grid, averaged onto the cells of the coarse one.
 
     Parameters
     ----------

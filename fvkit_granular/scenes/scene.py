@@ -1,5 +1,6 @@
-"""`Scene`: physics without numerics, and the reference that it is measured against."""
+"""`Scene`: the physical set-up of a flow, without numerics, and its reference solution."""
 
+import warnings
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any
@@ -15,13 +16,13 @@ from fvkit.problem.side import four_sides
 from fvkit_granular.csv_table import missing
 from fvkit_granular.models.quantities import conserved, over_ground, whole_flow
 from fvkit_granular.models.shallow_flow import SLOPES, ShallowFlow
+from fvkit_granular.models.slope import needs_steep, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.mountain import GAPS, Corners, Ground, ReleasedFlow, check_release, corners, ground, no_flow, outlet
 from fvkit_granular.scenes.profile import Profile
 from fvkit_granular.scenes.reference import FunctionReference, Reference
 from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.shapes import Step
-from fvkit_granular.scenes.slope import needs_steep, steep_equations, warn_of_steep_ground, within_reach
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.plausible import caution
 from fvkit_granular.terrain.outline import compare_outline
@@ -63,13 +64,13 @@ def _interval(value: Any, name: str) -> Any:
 #: Plausible gravity, m/s^2: from that of small bodies to that of a centrifuge.
 WEAKEST, STRONGEST = 0.01, 500.0
 
-#: Cells on which a scene without a terrain looks at its slopes, by the number of axes.
+#: Cells on which the slopes of a scene without a terrain are computed, by the number of axes.
 DECIDING = {1: 400, 2: 100}
 
 
 @attrs.frozen(eq=False)
 class Scene:
-    """A flow to be computed, in physical terms, for any of the models, along a line or on a plane.
+    """Physical set-up of a flow, for any of the models, along a line or on a plane.
 
     Parameters
     ----------
@@ -77,24 +78,24 @@ class Scene:
     t_end : end time, s, positive.
     initial : x (m,) -> {h, phi, vs, vf}, arrays or numbers; vs and vf are 0 where missing. With two axes a function of x and y,
         each (my, mx) -> {h, phi, vs_x, vs_y, vf_x, vf_y}. ``surface``, the level in m, may
-        stand for h: h = max(surface - bottom, 0), in cells that are dry in part over their mean bottom, so that a lake is at rest
-        on every grid (a change of its volume by O(dx^2), at shores alone). Use it rather than max(level - b(x), 0).
+        replace h: h = max(surface - bottom, 0), in partly dry cells over their mean bottom, so that a lake is at rest on every
+        grid (its volume changes by O(dx^2), at shores only). Use it rather than max(level - b(x), 0).
     bottom : height b of the bottom, m: function of x, cell averages, or number; with two axes of x and y, or averages (ny, nx).
     boundary : one boundary condition, or (left, right); kept as the pair. With two axes one, (west, east, south, north), or a
         mapping of these names, as `fvkit.Problem` takes them; kept as the four.
     sources : a source or a sequence of them; kept as a tuple. Drag is left out for models with one velocity.
     g : gravity, m/s^2.
     gamma : density ratio fluid/solid in (0, 1).
-    reference : `Reference`, or a function of the scene that makes one when it is first needed; None if there is none.
-    name, description : for lists and reports; the description tells where the case comes from.
+    reference : `Reference`, or a function of the scene that returns one, called when it is needed; None if there is none.
+    name, description : for lists and reports; the description gives the source of the case.
     times : output times of ``fvkit run``, s, ascending; None for the end alone.
     slope : equations of a model that is given as a class: "mild", "steep", or "auto" for the steep ones where the flow may reach
         ground steeper than 10 degrees, and with `Curvature`.
-    terrain : `Terrain`, the ground, in place of ``interval`` and ``bottom``; it brings its own cells.
+    terrain : `Terrain`, the ground, in place of ``interval`` and ``bottom``; runs use its cells.
     release : `Release` on that terrain, in place of ``initial``.
-    phi : solid fraction of the release, in [0, 1], where it gives none.
-    gaps : what cells of the terrain without data are: "outlet", which takes what reaches it, or "wall".
-    watch : what ``fvkit run`` records at every step, `Watch`.
+    phi : solid fraction of a release without one, in [0, 1].
+    gaps : cells of the terrain without data: "outlet", through which the flow leaves, or "wall".
+    watch : records of ``fvkit run`` at every step, `Watch`.
 
     Examples
     --------
@@ -236,7 +237,10 @@ class Scene:
         fixed = np.shape(self.bottom)[::-1] if not callable(self.bottom) else ()
         grid = self.grid(None if self.terrain is not None else (fixed if len(fixed) > 1 else fixed[0]) if fixed else
                          DECIDING[len(self.axes)])
-        return "steep" if needs_steep(within_reach(self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid), self.g)) else "mild"
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the problem of the run gives them
+            problem = self._problem(TwoPhase(g=self.g, gamma=self.gamma), grid)
+        return "steep" if needs_steep(within_reach(problem, self.g)) else "mild"
 
     @property
     def _bends(self) -> bool:
@@ -256,28 +260,31 @@ class Scene:
         """Return the problem for ``model`` (instance, or class, see `model`) on ``cells`` cells, see `grid`.
 
         Warns (`SteepSlopeWarning`) where the flow may reach ground above 15 degrees with the equations for mild slopes, see
-        `fvkit_granular.scenes.slope`.
+        `fvkit_granular.models.slope`.
         """
-        own = isinstance(model, type) and issubclass(model, Model)
-        plain = own and not self._bends
-        chosen = self._made(model, {}) if plain else self.model(model)  # mistakes of the scene are told on these cells
+        grid = self.grid(cells)
+        chosen = self._chosen(model, grid)
         if not callable(getattr(chosen, "conserved_from", None)):
             raise ValueError(f"`model` of a scene must make its state of h, phi, vs and vf, but {type(chosen).__name__} has no "
                              "`conserved_from`: take a model of fvkit_granular, or build a fvkit.Problem")
         if "b" not in chosen.aux and (callable(self.bottom) or np.any(np.asarray(self.bottom) != 0.0)):
             raise ValueError(f"`bottom` of the scene is not flat, but {type(chosen).__name__} has no `b` in its `aux`: take "
                              "another model, or bottom=0.0")
-        grid = self.grid(cells)
         if self.terrain is not None and grid != self.terrain.grid:
             raise ValueError(f"`cells` must be those of the terrain, {self.terrain.grid.described}, got {grid.described}: read "
                              "it with another `cell`, gr.read_terrain(path, cell=10.0)")
         result = self._problem(chosen, grid)
         self._refuse_gaps(grid)
-        if plain and steep_equations(self.model(model)):
-            return self._problem(self.model(model), grid)
-        if not steep_equations(chosen):
-            warn_of_steep_ground(within_reach(result, self.g))
         return result
+
+    def _chosen(self, model: Any, grid: Grid) -> Model:
+        """Return `model`; a mistake of the scene is located on the cells of ``grid``, not on those that decide the equations."""
+        try:
+            return self.model(model)
+        except (ValueError, TypeError):
+            if isinstance(model, type) and issubclass(model, Model) and not self._bends:
+                self._problem(self._made(model, {}), grid)
+            raise
 
     @cached_property
     def _outlet(self) -> tuple[Any, ...]:
@@ -305,7 +312,7 @@ class Scene:
                              "like a height: fill the gap")
 
     def sampled(self, count: int) -> tuple[np.ndarray, ...]:
-        """Return about ``count`` points all over the scene, its ends among them: x, or x and y."""
+        """Return about ``count`` points of the scene, including its ends: x, or x and y."""
         each = count if len(self.axes) == 1 else round(count**0.5)
         return tuple(np.meshgrid(*(np.linspace(*ends, each) for ends in self.ends)))
 
@@ -325,7 +332,7 @@ class Scene:
         return np.broadcast_to(b, np.shape(places[0]))
 
     def known_reference(self) -> Reference | None:
-        """Return the reference, made now if the scene only knows how to make it; None if there is none."""
+        """Return the reference, computed now if the scene has a function for it; None if there is none."""
         if self.reference is None or isinstance(self.reference, Reference):
             return self.reference
         return self.reference(self)

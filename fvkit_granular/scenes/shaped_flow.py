@@ -27,6 +27,14 @@ class ShapedFlow:
     surface : level of the surface, m: the depth is max(surface - bottom, 0), levelled in each cell, see `Scene`.
     bottom : height of the bottom below ``surface``, m: a number or a function of x; None for that of the scene.
     vs_x, vs_y, vf_x, vf_y : velocities with two axes, m/s, where ``vs`` and ``vf`` have no meaning.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> flow = gr.ShapedFlow(h=gr.shapes.Hump(centre=5.0, half_width=2.0, height=1.0), phi=0.6)
+    >>> flow(np.array([5.0, 9.0]))["h"].tolist()
+    [1.0, 0.0]
     """
 
     h: Any = validation.field(as_shape, None, optional=True)
@@ -58,9 +66,9 @@ class ShapedFlow:
         return flow if self.surface is not None and self.bottom is None else {"h": self.depth(*places)} | flow
 
     def depth(self, *places: np.ndarray) -> np.ndarray:
-        """Return the depth h at points x, or x and y, m; ValueError where only the scene knows the bottom."""
+        """Return the depth h at points x, or x and y, m; ValueError for a ``surface`` without a bottom."""
         if self.surface is None:
             return self.h(*places)
         if self.bottom is None:
-            raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth of its own: ask `Scene.flow`")
+            raise ValueError("a flow of shapes with `surface` and no `bottom` has no depth: use `Scene.flow`")
         return np.maximum(self.surface(*places) - (self.bottom(*places) if callable(self.bottom) else self.bottom), 0.0)

@@ -32,7 +32,7 @@ class Shape(ABC):
 
     Parameters
     ----------
-    over : with two axes what it varies over: "x" (None), "y", or a point (x, y) for the distance from it, m.
+    over : with two axes the coordinate that it varies over: "x" (None), "y", or a point (x, y) for the distance from it, m.
     """
 
     over: Any = attrs.field(default=None, kw_only=True, converter=_over)
@@ -48,7 +48,7 @@ class Shape(ABC):
 
     @abstractmethod
     def values_at(self, x: Any) -> np.ndarray:
-        """Return the values at the places ``x`` of what the shape varies over, m."""
+        """Return the values at coordinates ``x``, m, see ``over``."""
 
     def __add__(self, other: Any) -> "Sum":
         return Sum((*_terms(self), *_terms(as_shape(other))))

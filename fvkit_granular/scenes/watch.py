@@ -1,4 +1,4 @@
-"""`Watch`: what a run of a scene records besides its outputs: gauges, cross-sections, front, hazard maps."""
+"""`Watch`: records of a run of a scene besides its outputs: gauges, cross-sections, front, hazard maps."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from fvkit_granular.observers.front import Front
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
 
-#: Depth, m, from which on hazard maps with two axes count a flow as arrived, where a scene does not say.
+#: Default depth, m, from which on hazard maps with two axes count a flow as arrived.
 THRESHOLD = 0.1
 
 
@@ -51,7 +51,7 @@ def _path(value: Any) -> tuple[tuple[float, float], ...]:
 
 @attrs.frozen
 class Watch:
-    """What a run records at every step: gauges at places, discharge through lines, run-out along a path, front, hazard maps.
+    """Records of a run at every step: gauges, discharge through lines, run-out along a path, front, hazard maps.
 
     Parameters
     ----------
@@ -61,7 +61,13 @@ class Watch:
         given; with two None is 0.1.
     density, least : of `HazardMaps`; with one axis ``density`` has no effect and is refused.
     path : points (x, y) of a path line, see `RunOut` and `read_path`; two axes alone.
-    observed : outline of what was observed, as `compare_outline` takes it, on a terrain: its score is in output and report.
+    observed : observed outline, as for `compare_outline`, on a terrain: its score is in output and report.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> gr.Watch(gauges=(1.0, 2.0), threshold=0.05)
+    Watch(gauges=(1.0, 2.0), lines={}, threshold=0.05, density=2000.0, least=0.01, path=())
     """
 
     gauges: tuple[Any, ...] = attrs.field(default=(), converter=_places)
@@ -73,7 +79,7 @@ class Watch:
     observed: Any = attrs.field(default=None, repr=False)
 
     def check(self, ends: Sequence[tuple[float, float]]) -> None:
-        """Raise ValueError where a gauge or a line has not one coordinate per axis, or lies outside of the scene.
+        """Raise ValueError if a gauge or a line does not have one coordinate per axis, or lies outside the scene.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""`Curvature`: the centripetal force of a curved bottom, in the push and in the load that friction feels."""
+"""`Curvature`: the centripetal force of a curved bottom, in the driving force and in the load of friction."""
 
 from typing import Any, ClassVar
 
@@ -10,20 +10,21 @@ from fvkit.pointwise import scale
 
 @attrs.frozen
 class Curvature(Source):
-    """Centripetal force of a curved bottom: u . Hess(b) u joins gravity, in the push down the slope and in the load.
+    """Centripetal force of a curved bottom: u . Hess(b) u is added to gravity, in the driving force and in the load.
 
-    With c the cosine of the slope and kappa = u . Hess(b) u, the velocity u of each phase changes by -c^2 kappa grad(b), and its
-    load is (g + kappa) c: a flow presses on the bottom of a valley and is light on a crest. kappa is kept within -0.9 and 10 g.
-    The Hessian is that of slopes smoothed by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. Of
-    five differences in a row they have the median, so that a cliff of one or two faces bends nothing. One that is averaged into
-    cells askew to the grid spreads over three: beside it the Hessian remains wrong, as does that of a ravine of two cells.
+    With c the cosine of the slope and kappa = u . Hess(b) u, the velocity u of each phase changes by -c^2 kappa grad(b), and
+    its load is (g + kappa) c: a flow presses on the bottom of a valley and is light on a crest. kappa is kept within -0.9 and
+    10 g. The Hessian is that of slopes smoothed by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are
+    noise, and is the median of five differences in a row, so that a cliff of one or two faces has no effect. A cliff askew to
+    the grid spreads over three cells: beside it the Hessian is wrong, as is that of a ravine of two cells.
 
     Needs ``slope="steep"``. It acts with the transport, on cells and faces, as friction does.
 
     Notes
     -----
-    In friction alone it is worse than nowhere, so it has no such option. A block in a round valley (radius 60 m, 40 degrees,
-    Coulomb 0.25) comes to 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py). Energy: docs/validation/terrain.md.
+    Curvature in friction alone is less accurate than none, so there is no such option. A block in a round valley (radius 60 m,
+    40 degrees, Coulomb 0.25) reaches 10.0 m/s; 9.4 m/s without it (tests/plane/test_steep.py).
+    Energy: docs/validation/terrain.md.
 
     Source: the motion of a point on a surface, classical; derived here for layers.
 

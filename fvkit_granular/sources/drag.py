@@ -63,10 +63,23 @@ class Drag(Source):
        counts as 0 (drag never drives), D above 1e100 as 1e100.
     2. ``remaining(model, phi, slip, time)`` returns the share of the slip that is left after a time, in [0, 1]. The
        default serves every law, see there; override it where the law has a closed form.
-    3. ``constant = True`` says that D is the same for every phi and slip.
+    3. ``constant = True`` declares that D is the same for every phi and slip.
 
-    Everything else is shared: the step leaves the masses as they are, bit for bit, keeps the mixture momentum hs vs + gamma
-    hf vf, moves nothing where a phase is absent, never lets the slip grow or change its sign, and takes any D and dt.
+    The rest is common: the step does not change the masses, conserves the mixture momentum hs vs + gamma hf vf, acts only where
+    both phases are present, never increases the slip or changes its sign, and is stable for any D and dt.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> class Linear(gr.Drag):
+    ...     def coefficient(self, model, phi, slip):
+    ...         return 20.0 * phi
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = Linear().step(model, tuple(q), (0.0,), 0.1)
+    >>> (mf / hf - ms / hs).round(6).tolist()
+    [0.049787]
     """
 
     between_phases: ClassVar[bool] = True
@@ -168,7 +181,7 @@ class Drag(Source):
         Parameters
         ----------
         model, phi : as for `remaining`.
-        slip, change : vf - vs at the start, and what the drive alone adds to it, m/s.
+        slip, change : vf - vs at the start, and its change by the drive alone, m/s.
         time : K t, s.
         """
         whole = self.resisting(model, phi, slip + change, time)
@@ -250,9 +263,19 @@ class ConstantDrag(Drag):
 
     Parameters
     ----------
-    D : drag coefficient, 1/s, >= 0 (already divided by the density of the fluid).
+    D : drag coefficient, 1/s, >= 0, per density of the fluid.
 
     Source: Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, (3.5c); closed form derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = gr.ConstantDrag(D=10.0).step(model, tuple(q), (0.0,), 0.1)
+    >>> (mf / hf - ms / hs).round(6).tolist(), (ms + 0.5 * mf).round(12).tolist()
+    ([0.049787], [0.25])
     """
 
     constant: ClassVar[bool] = True
@@ -284,6 +307,16 @@ class VelocityDrag(Drag):
     d1 : its growth with the slip, 1/m, >= 0. Both are already divided by the density of the fluid.
 
     Source: closed form derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = gr.VelocityDrag(d0=1.0, d1=2.0).step(model, tuple(q), (0.0,), 0.1)
+    >>> (mf / hf - ms / hs).round(6).tolist()
+    [0.487906]
     """
 
     d0: float = number(at_least=0.0, hint="drag coefficient in 1/s")
@@ -306,7 +339,7 @@ class PitmanLeDrag(Drag):
     """Pitman-Le drag, D = g (1/gamma - 1) phi (1 - phi)^(1 - exponent) / v_T, exactly in a step.
 
     The force on the fluid is D h (vf - vs), per density of the fluid, as for every law here. Pitman and Le divide their
-    fluid equation, h vf in place of (1 - phi) h vf, by 1 - phi: there the same D stands as D/(1 - phi).
+    fluid equation, h vf in place of (1 - phi) h vf, by 1 - phi: there the same D appears as D/(1 - phi).
 
     Parameters
     ----------
@@ -320,6 +353,16 @@ class PitmanLeDrag(Drag):
 
     Source: E. B. Pitman, L. Le, Phil. Trans. R. Soc. A 363 (2005) 1573-1601, as quoted by Pelanti, Bouchut, Mangeney,
     M2AN 42 (2008) 851-885; the reading of v_T and the closed form are derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> model = gr.TwoPhase(gamma=0.5)
+    >>> q = model.conserved_from(np.array([1.0]), 0.5, 0.0, 1.0)
+    >>> hs, ms, hf, mf = gr.PitmanLeDrag(v_T=1.0, exponent=3.0).step(model, tuple(q), (0.0,), 0.01)
+    >>> (mf / hf - ms / hs).round(6).tolist()
+    [0.555104]
     """
 
     v_T: float = number(above=0.0, hint="settling velocity in m/s")

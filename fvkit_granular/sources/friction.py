@@ -52,23 +52,23 @@ class BasalFriction(Source):
        for the solid and 0 for the fluid of the two-phase model), the depth h of all phases together, m, not below the
        model's ``dry``, and the speed abs(v) >= 0, m/s. R < 0 counts as 0 (friction never drives), R above 1e100 as 1e100.
        Its value at speed 0 is static friction. It must be a number there.
-    2. ``moved(model, load, h, v, change, dt)`` returns the velocity after dt of what starts with v, is accelerated by the
-       constant change/dt, and has this friction. The default serves every law, see there; override it for a closed form.
-    3. ``slowed(model, load, h, speed, dt)`` returns the speed v' in [0, speed] with v' + dt R(v') = speed: what the default
-       of ``moved``, and a scheme with implicit sources, are made of.
-    4. ``static = False`` says that R = 0 at rest: nothing is held there. ``proportional = True`` says that R is a constant
-       times the load.
+    2. ``moved(model, load, h, v, change, dt)`` returns the velocity after dt, from v, under the constant acceleration change/dt
+       and this friction. The default serves every law; override it for a closed form.
+    3. ``slowed(model, load, h, speed, dt)`` returns the speed v' in [0, speed] with v' + dt R(v') = speed, for the default of
+       ``moved`` and for schemes with implicit sources.
+    4. ``static = False`` declares that R = 0 at rest, so that nothing is held there; ``proportional = True`` that R is a
+       constant times the load.
 
-    Everything else is shared. The step is stable for any R and dt, of second order, exact where R does not depend on the speed
-    and where R balances the drive; without a drive it never turns a momentum round nor lets it grow, ends in exactly 0 where
-    static friction exceeds speed/dt, and leaves the masses as they are, bit for bit.
+    The rest is common. The step is stable for any R and dt, of second order, exact where R does not depend on the speed and
+    where R balances the drive. Without a drive it never reverses or increases a momentum, and ends in exactly 0 where static
+    friction exceeds speed/dt. It does not change the masses.
 
-    What is at rest, momentum exactly 0, stays so where the drive is at most (1 + 1e-6) R(load, h, 0): static friction exceeds
-    that of motion by 1e-6, so that a slope that comes to rest at its angle does so in finite time. At a face the load is that
-    of the mean of both masses, and, for the excess of an emerged step of the bottom, of the upper side: weighted like the
-    push, so the lower, dry end of a pile on a slope stays. Derived here.
+    A phase at rest, momentum exactly 0, stays at rest while the drive is at most (1 + 1e-6) R(load, h, 0): static friction
+    exceeds dynamic friction by 1e-6, so that a slope comes to rest at its angle in finite time. At a face the load is that of
+    the mean of both masses, and, for the excess of an emerged step of the bottom, of the upper side. It is weighted like the
+    push, so the lower, dry end of a pile on a slope stays at rest. Derived here.
 
-    `fvkit.rhs`: a pile stays at rest, but what begins to slide feels friction only once it moves.
+    `fvkit.rhs`: a pile stays at rest, but a pile that begins to slide feels friction only after it moves.
     """
 
     static: ClassVar[bool] = True

@@ -31,6 +31,15 @@ class CoulombFriction(BasalFriction):
 
     Source: the paper's model, Pelanti, Bouchut, Mangeney, M2AN 42 (2008) 851-885, drops the term after its derivation;
     implicit clip remembered as common practice; the bound at faces is derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> law, model = gr.CoulombFriction(nu=0.3), gr.ShallowWater()
+    >>> h, m = law.step(model, (np.array([1.0, 1.0]), np.array([2.0, 0.0])), (0.0,), 0.1)
+    >>> (m / h).round(4).tolist()
+    [1.7057, 0.0]
     """
 
     proportional: ClassVar[bool] = True
@@ -65,6 +74,15 @@ class Voellmy(BasalFriction):
     xi : turbulence coefficient, m/s^2, > 0; 100 to 2000 for avalanches and debris flows (remembered); below 1 warns.
 
     Source: A. Voellmy, Schweizerische Bauzeitung 73 (1955), as remembered; closed form of the step derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> law, model = gr.Voellmy(mu=0.2, xi=500.0), gr.ShallowWater()
+    >>> h, m = law.step(model, (np.array([1.0]), np.array([2.0])), (0.0,), 0.1)
+    >>> (m / h).round(4).tolist()
+    [1.7967]
     """
 
     mu: float = number(at_least=0.0, at_most=STEEPEST, hint=TANGENT)
@@ -97,6 +115,15 @@ class Manning(BasalFriction):
     n : roughness, s/m^(1/3), >= 0; 0.01 to 0.1 for channels (remembered); above 1 warns. Of Strickler's coefficient K it is 1/K.
 
     Source: R. Manning, 1891, as in every textbook of hydraulics; closed form of the step derived here.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> import numpy as np
+    >>> law, model = gr.Manning(n=0.03), gr.ShallowWater()
+    >>> h, m = law.step(model, (np.array([1.0]), np.array([2.0])), (0.0,), 10.0)
+    >>> (m / h).round(4).tolist()
+    [1.6998]
     """
 
     n: float = number(at_least=0.0, hint="roughness in s/m^(1/3)")
@@ -135,7 +162,7 @@ def against_quadratic(v, change, static, a, dt):
         u' = u + (D - a dt u^2)/(r + a dt u),   r = sqrt(1 + a dt max(D, 0)):
 
     second order, exact for a = 0, for D = 0, where D = a dt u^2, and for dt -> infinity. Where u + D < 0 the motion stops, and
-    what is left of the step may push it back. Derived here.
+    the rest of the step may push it back. Derived here.
 
     Parameters
     ----------

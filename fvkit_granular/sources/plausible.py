@@ -14,7 +14,7 @@ def caution(source: Any, name: str, least: float, most: float, mistake: str) -> 
     source : the source, or another part.
     name : its field.
     least, most : plausible range.
-    mistake : what the value may be instead, and the fix.
+    mistake : the likely mistake, and the fix.
     """
     value = getattr(source, name)
     strange = np.array([] if callable(value) else [item for item in np.ravel(value) if not least <= item <= most])

@@ -32,15 +32,15 @@ class Rain(Source):
 
     Parameters
     ----------
-    intensity : depth of water and grains together that falls per time, m/s, of any sign; negative takes water alone. More
-        than 1 m/s warns, but not as a function of x.
-    phi : solid fraction of what falls, in [0, 1].
+    intensity : depth of water and grains per time, m/s, of any sign; negative removes water only. More than 1 m/s warns,
+        except as a function of x.
+    phi : solid fraction of the rain, in [0, 1].
 
     Notes
     -----
-    It acts beside the transport. On ground that is dry everywhere nothing has a speed that bounds the first step: Strang's
-    splitting, the default, finds the step from the water that half of it brings; with ``fv.Godunov()`` give ``dt_initial``.
-    An intensity of (x, t) is looked at once in each hundredth of the run while all is dry: for a shorter shower give ``dt_max``.
+    It is split from the transport. On ground that is dry everywhere no speed bounds the first step: Strang's splitting, the
+    default, takes the step from the water that half of it brings; with ``fv.Godunov()`` give ``dt_initial``.
+    While all is dry an intensity of (x, t) is sampled once in each hundredth of the run: for a shorter shower give ``dt_max``.
 
     Examples
     --------
@@ -92,14 +92,14 @@ class Rain(Source):
 
 @attrs.frozen
 class Drain(Source):
-    """Drain: mass leaves with its momentum at a rate, 1/s, where it stands: outlets and gaps in the terrain.
+    """Drain: mass leaves the cells with its momentum at a rate, 1/s: outlets and gaps in the terrain.
 
-    Exact in a step, q' = q exp(-rate dt); a rate of 1e9 1/s empties a cell at once. What leaves counts as entered, negative:
+    Exact in a step, q' = q exp(-rate dt); a rate of 1e9 1/s empties a cell at once. Outflow counts as negative inflow in
     `fvkit.Stats`.
 
     Parameters
     ----------
-    rate : share of the mass that leaves per time, 1/s, >= 0; mostly cell averages that are 0 where nothing leaves.
+    rate : fraction of the mass that leaves per time, 1/s, >= 0; usually cell averages, 0 in cells without a drain.
 
     Examples
     --------

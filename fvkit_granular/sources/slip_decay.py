@@ -5,7 +5,7 @@ Drag leaves hs, hf and the mixture momentum hs vs + gamma hf vf as they are, and
     dw/dt = -D K w,   K = h (hs + gamma hf)/(hs hf) = rho/(phi (1 - phi)).
 
 Everything here is pointwise (scalars or arrays, branch-free) and shared by the drag sources and by the
-exact drag solution, so that each formula stands once. Depths are only ever divided by depths: products of two
+exact drag solution, so that each formula exists once. Depths are only ever divided by depths: products of two
 vanish below 1e-154 m. Derived by this project, checked against an ODE solver to 1e-11.
 """
 
@@ -72,7 +72,7 @@ def decay(t, k0, k1, m):
 
 
 def slip_momentum(hs, ms, hf, mf, gamma):
-    """Return hs hf/(hs + gamma hf) (vf - vs): what the fluid must give away, and the solid get gamma times, for no slip.
+    """Return hs hf/(hs + gamma hf) (vf - vs): the momentum that the fluid loses, the solid gains gamma times, as slip vanishes.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ class Case:
     judges : what must hold beside what must always: finished, no negative mass, masses kept.
     models : names of the models it is for.
     cells : number of cells.
-    steps : bound of steps over nominal steps; None where the first step tells nothing, as where a flow comes in on dry ground.
+    steps : bound of steps over nominal steps; None where the first step is not representative, as for inflow onto dry ground.
     """
 
     judges: tuple[checks.Judge, ...] = ()
@@ -81,7 +81,7 @@ CASES: dict[str, Case] = {
 
 
 def case_of(scene: str) -> Case:
-    """Return the hard scene of that name; a scene file is one of which only what always must hold is asked.
+    """Return the hard scene of that name; of a scene file only the general checks are made.
 
     Raises
     ------

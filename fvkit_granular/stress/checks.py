@@ -95,7 +95,7 @@ def speeds(run: Run, i: int = -1) -> np.ndarray:
 
 
 def no_faster_than(bound: float) -> Judge:
-    """No velocity exceeds what the physics allows, m/s."""
+    """No velocity exceeds its physical bound, m/s."""
     return lambda run: Check("fastest velocity", float(speeds(run).max()), bound)
 
 
@@ -105,7 +105,7 @@ def at_rest(run: Run) -> Check:
 
 
 def level_kept(run: Run) -> Check:
-    """Depths stay what they were, m."""
+    """Depths do not change, m."""
     return Check("change of depth", float(np.abs(depth(run, -1) - depth(run, 0)).max()), 2e-15)
 
 

@@ -1,4 +1,4 @@
-"""Known limits: what is expected to fail, why, and by how much. One place, short, each explained."""
+"""Known limits: runs that are expected to fail, with the reason and the size of the failure."""
 
 from typing import Any
 
@@ -29,6 +29,6 @@ class Limit:
 
 LIMITS: tuple[Limit, ...] = (
     Limit({"scene": "submerged-pile", "model": "two-phase", "riemann": ("hll", "rusanov"), "order": 2}, "velocity of the solid",
-          "their viscosity acts on the level water above a heap: the balanced difference does not know that the bed holds the "
+          "their viscosity acts on the level water above a heap: the balanced difference neglects that the bed holds the "
           "grains; at order 2 the water then drags the solid out of rest", "up to 0.02 m/s; Relaxation and Roe keep it exactly"),
 )

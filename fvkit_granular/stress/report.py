@@ -29,7 +29,7 @@ class StressReport:
 
     @property
     def success(self) -> bool:
-        """Whether nothing failed but what is known to, and nothing known passed."""
+        """Whether exactly the runs with a known limit failed."""
         return not any(row["verdict"] in BAD for row in self.rows)
 
     def summary(self) -> str:

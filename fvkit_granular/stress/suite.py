@@ -24,7 +24,7 @@ from fvkit_granular.stress.report import StressReport
 #: A run is given up after this many times its nominal steps.
 GIVE_UP = 100
 
-#: Steps after which a run is given up where its nominal steps tell nothing.
+#: Steps after which a run is given up if it has no nominal number of steps.
 MOST_STEPS = 1_000_000
 
 AXES = ("scene", "model", "riemann", "order", "backend")
@@ -62,7 +62,7 @@ def stress(full: bool = False, scenes: Sequence[str] | None = None, *, backends:
     Returns
     -------
     StressReport
-        ``.success`` where nothing failed but what is known to.
+        ``.success`` where only runs with a known limit failed.
 
     Raises
     ------

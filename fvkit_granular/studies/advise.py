@@ -1,5 +1,6 @@
-"""`advise`: which model, scheme and number of cells a scene needs, from its initial state alone."""
+"""`advise`: model, scheme and number of cells for a scene, from its initial state."""
 
+import warnings
 from typing import Any
 
 import attrs
@@ -7,9 +8,9 @@ import numpy as np
 
 from fvkit import Outflow, Periodic, Problem, Wall, validation
 from fvkit.studies.tables import preformatted
+from fvkit_granular.models.slope import SteepSlopeWarning, is_steep, sentence, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import is_steep, sentence, within_reach
 from fvkit_granular.sources.friction import BasalFriction
 from fvkit_granular.studies.advise_terrain import TerrainAdvice, advise_on_terrain
 from fvkit_granular.studies.grid_error_estimate import MOST, resolution
@@ -29,7 +30,7 @@ UNEVEN, FAST, LIGHT, HEAVY = 0.5, 1.0, 0.2, 0.8
 
 @attrs.frozen
 class Advice:
-    """What a scene needs for a tolerance of the mean error of the depth over the mean depth.
+    """Advice for a scene and a tolerance: model, scheme, cells and run time, from `advise`.
 
     Attributes
     ----------
@@ -41,11 +42,11 @@ class Advice:
     cells : number of cells whose estimated error is ``tol``.
     grid_error : estimated error of that grid.
     seconds : expected run time, compiled, stepping only.
-    jumps : whether the flow holds jumps, from the start or before the end.
+    jumps : whether the flow has jumps, from the start or before the end.
     slope : steepest slope of the bottom that the flow may reach; above 15 degrees it is among the warnings.
-    warnings : why the advice may fail; empty on the ground on which it was validated.
-    valid : whether model errors are predicted: False for what the prediction was never validated for; then the full model is
-        named, and ``numbers.reduced`` and ``numbers.shallow`` mean nothing.
+    warnings : reasons why the advice may fail; empty within its validated range.
+    valid : whether model errors are predicted: False outside the validated range; then the model is the full one, and
+        ``numbers.reduced`` and ``numbers.shallow`` are meaningless.
     """
 
     scene: str
@@ -66,18 +67,18 @@ class Advice:
         n = self.numbers
         needed = {"two-phase": "the full model is needed", "reduced": "the reduced model suffices",
                   "shallow-water": "shallow water suffices"}[self.model]
-        predicted = (f"predicted model error: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e} (recommended below half the "
-                     "tolerance)" if self.valid else
+        predicted = (f"predicted model error: reduced {n.reduced:.1e}, shallow water {n.shallow:.1e} (recommended: below "
+                     "half the tolerance)" if self.valid else
                      "predicted model error: not valid here, see the cautions; `fvkit advise SCENE --check` measures it")
         needed = needed if self.valid else "the full model (no valid prediction)"
         drag = " (>> 1: phases move together)" if n.damping > 100.0 else ""
-        lines = [f"{self.scene or 'scene'}: {needed} for an error of the depth of {self.tol:g} (mean, over the mean depth)",
+        lines = [f"{self.scene or 'scene'}: {needed} for a mean error of {self.tol:g} of the mean depth",
                  f"  solid fraction {n.phi:.3g} ({f'range {n.phi_range:.2g}' if n.phi_range else 'uniform'}); mixing length "
                  f"{n.spread:.3g} m; drag strength K T = {n.damping:.3g}{drag}",
                  f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of the limit 2 a beta; {n.dry_share:.0%} dry",
                  f"  {predicted}",
-                 f"  scheme: {self.scheme}, {self.cells} cells (estimated grid error {self.grid_error:.1e}, "
-                 f"{'with jumps' if self.jumps else 'smooth'}), about {_duration(self.seconds)} compiled"]
+                 f"  scheme: {self.scheme}, {self.cells} cells; run time compiled about {_duration(self.seconds)}",
+                 f"  estimated grid error {self.grid_error:.1e} ({'with jumps' if self.jumps else 'smooth'})"]
         if self.slope > 0.0 and not any("steepest slope" in warning for warning in self.warnings):
             lines.append(f"  {sentence(self.slope)}")
         return "\n".join(lines + [f"  caution: {warning}" for warning in self.warnings])
@@ -94,9 +95,9 @@ def _duration(seconds: float) -> str:
 
 
 def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
-    """Return which model, scheme and grid a scene needs. Nothing is run.
+    """Estimate which model, scheme and grid a scene needs, without running it.
 
-    The model is the cheapest whose predicted error, doubled, is below the tolerance; how the prediction is made stands in
+    The model is the cheapest whose predicted error, doubled, is below the tolerance; the formulas are in
     `fvkit_granular.studies.model_error_indicators`, how good it is in docs/model_choice.md. The number of cells is a rule of
     thumb: an error from the jumps and the curvature of the initial state, see `fvkit_granular.studies.grid_error_estimate`.
 
@@ -114,6 +115,13 @@ def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:
     ------
     ValueError
         If the scene is dry everywhere, or ``tol`` is out of range.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> advice = gr.advise(gr.scene("dam-break"), tol=1e-2)
+    >>> advice.model
+    'shallow-water'
     """
     scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     tol = validation.real(tol, "tol", above=0.0, below=1.0)
@@ -149,8 +157,10 @@ def _slope(scene: Scene, state: dict[str, np.ndarray]) -> float:
     """The steepest slope that the flow of a scene may reach."""
     model: Any = scene.model(TwoPhase)
     q = model.conserved_from(*(state[name] for name in ("h", "phi", "vs", "vf")))
-    return within_reach(Problem(model, scene.grid(len(state["x"])), q, scene.t_end, {"b": state["b"]}, scene.boundary,
-                                scene.sources), scene.g)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SteepSlopeWarning)  # among the cautions of the advice
+        problem = Problem(model, scene.grid(len(state["x"])), q, scene.t_end, {"b": state["b"]}, scene.boundary, scene.sources)
+    return within_reach(problem, scene.g)
 
 
 def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
@@ -162,28 +172,28 @@ def _warnings(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators,
     uneven = float(np.ptp(state["b"])) / numbers.depth
     differ = bool(friction) or numbers.reduced > 0.0 or numbers.shallow > 0.0
     beyond = [
-        (numbers.slip > 0.8, "the slip comes near the range where speeds are complex and the problem is ill-posed"),
+        (numbers.slip > 0.8, "the slip is close to the loss of hyperbolicity, where the problem is ill-posed"),
         (numbers.dry_share > 0.0 and numbers.phi_range > 0.3, "steep phi with dry ground"),
         (bool(friction) and (uneven > 0.0 or not all(law.proportional for law in friction)),
          "friction at the bed other than Coulomb's on level ground"),
         (any(source.between_phases and not getattr(source, "constant", False) for source in sources),
          "variable drag: K is that of the mean state at the start"),
         (any(source not in friction and not source.between_phases for source in sources),
-         "sources that the prediction does not know"),
-        (any(side.closed for side in sides) and reached > 0.5, "waves come back from the walls: only their first "
-         "run is predicted"),
+         "sources that are not part of the prediction"),
+        (any(side.closed for side in sides) and reached > 0.5, "waves return from the walls; the prediction covers "
+         "their first passage only"),
         (any(side.reads == "opposite" for side in sides) and reached > 1.0, "waves pass the periodic interval more than once"),
-        (not all(isinstance(side, (Outflow, Wall, Periodic)) for side in sides), "what the inflow brings is not in the "
-         "prediction, nor what ends do that are neither walls, periodic nor fv.Outflow()"),
+        (not all(isinstance(side, (Outflow, Wall, Periodic)) for side in sides), "the prediction ignores inflow and all ends "
+         "that are neither walls, periodic nor fv.Outflow()"),
         (differ and uneven > UNEVEN, f"a bottom that varies by more than {UNEVEN:g} of the mean depth"),
         (differ and numbers.froude > FAST, f"a flow that starts with a Froude number above {FAST:g}"),
         (differ and not LIGHT <= scene.gamma <= HEAVY, f"a density ratio gamma outside {LIGHT:g} to {HEAVY:g}"),
     ]
     steep = scene.equations == "steep"
     ground = f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees"
-    beyond.append((steep and differ, f"{ground}: runs take the equations for steep ground"))
+    beyond.append((steep and differ, f"{ground}: runs use the equations for steep ground"))
     rougher = [(is_steep(slope) and not steep, f"{sentence(slope)}, which slope=\"steep\" removes"),
-               (bool(friction), "friction at the bed: shallow water has no buoyancy, and predictions are rougher "
-                                "(docs/model_choice.md)")]
+               (bool(friction), "friction at the bed: shallow water has no buoyancy, so predictions are less "
+                                "accurate (docs/model_choice.md)")]
     first = tuple(text for holds, text in beyond if holds)
     return first, tuple(text for holds, text in rougher if holds and not any(known.startswith("friction") for known in first))

@@ -1,7 +1,7 @@
-"""What a scene on a terrain needs, as far as its files say: phases, cell size, time. Errors of models were never validated there,
-so none is predicted.
+"""Advice for a scene on a terrain, as far as its files allow: phases, cell size, time, without predicted errors of
+models, which were not validated there.
 
-What is exact: where all that flows has one solid fraction, starts at rest and has no friction at the bed, the three models have
+Exact: where all that flows has one solid fraction, starts at rest and has no friction at the bed, the three models have
 the same solution, on any ground and with any drag. Where one of these fails the models differ, and by how much was validated
 along one axis on level ground alone.
 """
@@ -13,9 +13,9 @@ import numpy as np
 
 from fvkit import Problem
 from fvkit.problem.fields import averages
+from fvkit_granular.models.slope import said_of, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.scenes.slope import said_of, within_reach
 from fvkit_granular.studies.model_error_indicators import DRY, drag_of
 
 #: Time of a step with two axes per cell where something flows, s; share of the relief's potential energy that speeds reach.
@@ -24,7 +24,7 @@ COST, SHARE = 2.5e-7, 0.5
 #: Said of a source that does not say itself, as ``separates``, why the three models differ where it acts, "" where they do not.
 UNKNOWN = "sources that are not known here"
 
-#: Cells that an advice looks at, as multiples of those of the terrain.
+#: Cell sizes that an advice considers, as multiples of that of the terrain.
 COARSER = (1, 2, 4)
 
 
@@ -53,7 +53,7 @@ class Effort:
 
 
 def effort(scene: Scene, problem: Problem) -> Effort:
-    """Return what a run of a scene on a terrain will take."""
+    """Return the expected cost of a run of a scene on a terrain."""
     model: Any = problem.model
     depth = model.depth(tuple(problem.q0[row] for row in problem.directions[0].rows))
     wet = depth > 0.0
@@ -74,15 +74,15 @@ def in_words(seconds: float) -> str:
 
 @attrs.frozen(eq=False)
 class TerrainAdvice:
-    """Advice for a scene on a terrain: what is known, and in plain words what is not.
+    """Advice for a scene on a terrain: phases, drag, slope, cells and cost, and the reasons why models differ.
 
     Parameters
     ----------
     scene : its name.
     model : ``"shallow-water"`` where the three models have the same solution, else ``"two-phase"``.
-    same : whether they have.
+    same : whether the three models have the same solution.
     reasons : why they differ; empty where they do not.
-    phi : least and largest solid fraction of what flows.
+    phi : smallest and largest solid fraction of the flow.
     damping : K T, drag times the run time at the start, see `Indicators`; 0 without drag.
     slope : the steepest slope in reach and the equations that a run takes, as a sentence.
     cell : length of a side of the cells of the terrain, m.
@@ -90,7 +90,7 @@ class TerrainAdvice:
     grounds : for cells of 1, 2 and 4 times the length: {factor: (number of cells, how far averaging moves the ground, root mean
         square, m, expected time where the flow covers a tenth, s)}.
     thickness : largest depth at the start, m.
-    effort : what a run takes.
+    effort : expected cost of a run.
     """
 
     scene: str
@@ -133,7 +133,7 @@ class TerrainAdvice:
 
 
 def advise_on_terrain(scene: Scene) -> TerrainAdvice:
-    """Return what a scene on a terrain needs, as far as it is known; nothing is run. `gr.advise` calls it."""
+    """Return the advice for a scene on a terrain; nothing is run. `gr.advise` calls it."""
     terrain, x, y = scene.terrain, *np.meshgrid(*(axis.centers for axis in scene.terrain.grid.axes))
     flow = scene.flow(x, y)
     h = np.broadcast_to(flow["h"], x.shape)

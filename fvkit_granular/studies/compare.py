@@ -1,12 +1,13 @@
 """`compare`: one scene, every model and solver, error against time."""
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from fvkit import MC, Model, RiemannSolver, Scheme, Solution, WavePropagation, validation
+from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, WavePropagation, validation
 from fvkit.pointwise.part import public_name
 from fvkit.problem.directions import directions, observables
 from fvkit.schemes.riemann import default_riemann
@@ -28,7 +29,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
             cells: Sequence[int] | None = None, limiter: Any = None, order: int | Sequence[int] = 2,
             repeats: int = 3, reference: Reference | None = None, *, schemes: Sequence[Scheme] | None = None, cfl: float = 0.9,
             backend: str = "auto", seconds: float | None = None, progress: Callable[[str], None] | None = None) -> Report:
-    """Run a scene with every model, Riemann solver, limiter and order on every grid, and report error against time.
+    """Compare models, Riemann solvers, limiters and orders on one scene and several grids: error against run time.
 
     Parameters
     ----------
@@ -38,22 +39,22 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     cells : numbers of cells, with two axes along x. Default: 100, 200, 400, 800, with two axes 25, 50, 100.
     limiter : one, or a list of them; default MC. (A tuple is one per wave family, as in `fvkit.WavePropagation`.)
     order : 1, 2, or a list of both.
-    repeats : every run is repeated this often, interleaved, after a warm-up; the report holds median and minimum.
+    repeats : number of repeats of each run, interleaved, after a warm-up; the report has median and minimum.
     reference : default: the scene's own, else the full model on 4 times the finest grid (self-converged): TwoPhase, or
         where that is not among the models the first of them with two phases. Its detail estimates its own error.
     schemes : `fvkit.WavePropagation` and `fvkit.MethodOfLines` with all their settings, in place of ``riemann``,
         ``limiter``, ``order`` and ``cfl``; each is run with every model that it serves.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
-    seconds : wall time that one run may take. Runs that would take longer, to judge by coarser ones, are left out,
-        others stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
+    seconds : wall time that one run may take. Runs expected to take longer, from coarser ones, are skipped,
+        others are stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
         axes 64 times.
     progress : function that receives a line of text before each run.
 
     Returns
     -------
     fvkit.studies.Report
-        Errors of the cell averages: what a model makes of the reference flow, against what it computed. A run that
-        fails is a row with its status.
+        Errors of the cell averages: those of the reference flow, in the variables of a model, against the computed ones. A
+        failed run is a row with its status.
 
     Raises
     ------
@@ -83,8 +84,10 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     known = scene.known_reference() if reference is None else reference
     if known is not None:
         validation.instance(known, "reference", Reference, "such as gr.FunctionReference('exact', 'a sentence', at=flow)")
+    for kind in kinds:
+        scene.problem(kind, counts[0])  # gives the warnings, which other grids would repeat
     full = scene.model(TwoPhase) if known is not None else _full_model(scene, kinds)
-    problem_of = partial(scene.problem, full)
+    problem_of = partial(_silently, scene, full)
     if known is None:
         high = any(run.scheme.time_integrator is not None for run in runs)
         found = fine_grid_reference(problem_of, fine_scheme(full, high), counts, backend, budget, tell)
@@ -92,6 +95,13 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     comparison = Comparison(scene.name or "unnamed", public_name(full), partial(problem_of, max(counts)), known, deviations,
                             lambda: {"path_sensitivity": known.path_sensitivity()})
     return comparison.measure(runs, repetitions, backend, budget, tell)
+
+
+def _silently(scene: Scene, model: Model, cells: Any) -> Problem:
+    """Return the problem of a model, without warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return scene.problem(model, cells)
 
 
 def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: tuple[int, ...], limiter: Any,
@@ -102,7 +112,7 @@ def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | 
     orders = order if isinstance(order, (list, tuple)) else [order]
     result = []
     for model in models:
-        problem_of = partial(scene.problem, model)
+        problem_of = partial(_silently, scene, model)
         if riemann is not None:
             solvers: Iterable[RiemannSolver] = riemann
         elif model is models[0]:
@@ -123,7 +133,7 @@ def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells
     result: list[Run] = []
     refusals: list[str] = []
     for model in models:
-        problem_of = partial(scene.problem, model)
+        problem_of = partial(_silently, scene, model)
         runs, refused = runs_of(public_name(model), problem_of, problem_of(cells[0]), schemes, cells)
         result, refusals = result + runs, refusals + refused
     if not result:
@@ -134,7 +144,7 @@ def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells
 def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
     """Return abs(computed - reference) of each observable at the end of a run, {name: array of cells}.
 
-    Where the reference or the run is all but dry, what is not a depth has no meaning and counts as 0.
+    Where the reference or the run is almost dry only depths are compared; other differences are 0.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ class Resolution:
 
 
 def resolution(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators, two_phase: bool = True) -> Resolution:
-    """Return what the grid error of a scene depends on.
+    """Return the quantities that determine the grid error of a scene.
 
     Parameters
     ----------

@@ -24,11 +24,11 @@ EDGES: dict[str, Any] = {"west": np.s_[:, 0], "east": np.s_[:, -1], "south": np.
 
 @attrs.frozen(eq=False)
 class MassBalance:
-    """Mass balance of a run with two axes: what there was, what came in and went out where, and what is left, m^3.
+    """Mass balance of a run with two axes: initial volume, inflow and outflow by place, and final volume, m^3.
 
     Parameters
     ----------
-    first, last : {phase: volume at the start and at the end}, m^3: "hs" of the solid and "hf" of the fluid, or "h".
+    first, last : {phase: volume}, m^3, at the start and at the end: "hs" of the solid and "hf" of the fluid, or "h".
     entered : {place: {phase: net volume that came in}}, m^3, negative where more has left. Places are "west", "east", "south",
         "north", "cells without data" where these are an outlet, and each "hydrograph", "rain", "drain" or other source.
     contact : {side, or "cells without data": first time at which a cell beside it was deeper than ``threshold``}, s; infinite
@@ -38,7 +38,7 @@ class MassBalance:
     Attributes
     ----------
     error : dict
-        {phase: last - first - sum of entered, over what there was and what came in}; rounding of a correct run.
+        {phase: last - first - sum of entered, relative to the initial volume and the inflow}; round-off in a correct run.
     """
 
     first: Mapping[str, float]
@@ -81,7 +81,7 @@ def mass_balance(scene: Scene, solution: Solution, hazard: HazardMaps | None = N
 
     Parameters
     ----------
-    scene, solution : what was run, and its result.
+    scene, solution : the scene and the solution of its run.
     hazard : the hazard maps of the run, for the times of first contact; None for none.
 
     Returns

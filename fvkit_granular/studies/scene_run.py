@@ -8,6 +8,7 @@ import numpy as np
 
 from fvkit import Model, Problem, Scheme, Solution, WavePropagation, solve, validation
 from fvkit.backends import BACKENDS
+from fvkit.problem.directions import observables
 from fvkit.schemes.registry import INTEGRATORS, LIMITERS, RECONSTRUCTIONS
 from fvkit.schemes.riemann import default_riemann
 from fvkit_granular.models.quantities import flow_names
@@ -54,7 +55,7 @@ def _cells(given: Any, name: str) -> Any:
 
 @attrs.frozen
 class SceneRun:
-    """A function of parameters that runs a scene: what `fvkit.sweep` and an optimiser call.
+    """Run of a scene as a function of parameters, for `fvkit.sweep` and optimisers.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ class SceneRun:
 
     Notes
     -----
-    Parameters of the call, each left as it is where missing:
+    Parameters of the call, all optional:
 
     * arguments of the function that makes the scene, such as ``eps`` of perturbed-rest;
     * ``g``, ``gamma``, ``t_end``: of the scene;
@@ -79,8 +80,15 @@ class SceneRun:
     * ``scheme.cfl``, ``scheme.limiter``: fields of the scheme, parts by name;
     * ``cells``.
 
-    Hyperbolicity that is lost makes no warning here: keep ``nonhyperbolic_faces`` to see it. A run that fails returns its
-    partial solution, with its status.
+    Loss of hyperbolicity gives no warning here: keep ``nonhyperbolic_faces`` to detect it. A failed run returns its partial
+    solution, with its status.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> run = gr.SceneRun("dam-break", model=gr.ShallowWater, cells=50, backend="numpy")
+    >>> run(t_end=0.5).t.tolist()
+    [0.0, 0.5]
     """
 
     scene: str | Callable[..., Scene] = attrs.field(converter=_factory)
@@ -117,7 +125,10 @@ class SceneRun:
         cells = left.pop("cells", own if self.cells is None else self.cells)
         if left:
             validation.choice(next(iter(left)), "parameter", self.names(scene, model))
-        return scene, scene.problem(model, cells), scheme
+        problem = scene.problem(model, cells)
+        if isinstance(scene.initial, Scaled):
+            scene.initial.check(observables(problem.model, problem.grid, problem.q0, problem.aux_averages))
+        return scene, problem, scheme
 
     def scene_of(self, parameters: Mapping[str, Any]) -> Scene:
         """Return the scene for parameters by name, those of model, scheme and cells among them."""
@@ -174,6 +185,13 @@ class Scaled:
 
     scene: Scene
     factors: Mapping[str, float]
+
+    def check(self, seen: Mapping[str, np.ndarray]) -> None:
+        """Raise ValueError for a factor on an observable that is 0 in all cells; ``seen`` are the observables of the start."""
+        for name, factor in self.factors.items():
+            if factor != 0.0 and name in seen and not np.any(seen[name]):
+                raise ValueError(f"`initial.{name}` is a factor on the initial {name} of the scene, which is 0 everywhere: it "
+                                 "changes nothing, leave it out")
 
     def __call__(self, *places: np.ndarray) -> dict[str, Any]:
         flow, factors = dict(self.scene.initial(*places)), dict(self.factors)

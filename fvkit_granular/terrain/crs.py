@@ -58,7 +58,7 @@ def check_same(crs: str | None, of_terrain: str | None, where: object) -> None:
 
 
 def _same_to_gdal(one: str, other: str) -> tuple[bool, str]:
-    """Return whether GDAL takes two texts for the same CRS, and advice where it does not know or is not there."""
+    """Return whether GDAL takes two texts for the same CRS, and advice where it cannot decide or is missing."""
     advice = "; if they are the same, write both in the same words"
     try:
         from rasterio import Env

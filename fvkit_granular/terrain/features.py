@@ -35,7 +35,7 @@ class Feature(NamedTuple):
     ----------
     name : its attribute ``name``, or its number.
     where : what messages call it: its file and name.
-    polygons : what it covers.
+    polygons : the polygons of the feature.
     attributes : {name in small letters: value}.
     """
 

@@ -64,7 +64,7 @@ def content(values: np.ndarray, grid: Grid, crs: str | None) -> bytes:
 
 
 def _known(crs: str | None) -> Any:
-    """Return a CRS as rasterio knows it, from WKT, also in ESRI's dialect, or a code."""
+    """Return a CRS as an object of rasterio, from WKT, also in ESRI's dialect, or a code."""
     from rasterio.crs import CRS
     from rasterio.errors import CRSError
 

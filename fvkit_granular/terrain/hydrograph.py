@@ -19,7 +19,7 @@ class OverTime:
 
     Parameters
     ----------
-    shape : (ny, nx) what the map has where the series is 1.
+    shape : (ny, nx) the map where the series is 1.
     times : s, ascending.
     values : one for each time.
     """
@@ -49,7 +49,7 @@ class OverTime:
 
     def __call__(self, x: Any, y: Any, t: float) -> np.ndarray:
         """Cell averages alone are known: see `averages`."""
-        raise TypeError("an OverTime is a map of cell averages: ask for `averages(t)`")
+        raise TypeError("an OverTime is a map of cell averages: use `averages(t)`")
 
 
 def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:

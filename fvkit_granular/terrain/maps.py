@@ -13,10 +13,10 @@ from fvkit.output.figures import new_axes
 from fvkit_granular.terrain.release import Release
 from fvkit_granular.terrain.terrain import Terrain
 
-#: Width of the figure of a map, of the map in it, least and largest height of the map, and what stands below it, inches.
+#: Width of the figure of a map, of the map in it, least and largest height of the map, and space below it, inches.
 WIDTH, MAP, LOWEST, HIGHEST, BELOW = 7.2, 5.7, 2.4, 10.0, 0.6
 
-#: Where the sun stands on maps: north-west, half-way up.
+#: Direction of the light on maps: north-west, half-way up.
 SUN = LightSource(azdeg=315.0, altdeg=45.0)
 
 #: Most contour lines, and brightness of shadows and of the sunny side: 0 black, 1 white.
@@ -34,7 +34,7 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
     ----------
     terrain : the terrain.
     values : (ny, nx) results on the terrain; None for the terrain alone.
-    label : what they are, with unit, beside the colour bar.
+    label : quantity and unit, beside the colour bar.
     release : whose outline is drawn; None for none.
     above : results up to this value are not drawn, nor is NaN.
     highest : value of the last colour; None for the largest one.

@@ -56,10 +56,10 @@ def _side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
 
 
 def shares(polygon: Polygon, grid: Grid) -> np.ndarray:
-    """Return the share of each cell that a polygon covers, (ny, nx), 0 to 1: exact to rounding; what is outside is left out.
+    """Return the share of each cell that a polygon covers, (ny, nx), 0 to 1: exact to rounding; parts outside are ignored.
 
     A side contributes, with the sign of its rise, all cells to its left in its rows, and the part to its left of its own cell;
-    the sum over a ring is what it encloses (Green's theorem, as fonts are drawn without sampling).
+    the sum over a ring is the enclosed area (Green's theorem, as fonts are drawn without sampling).
     """
     total = np.zeros(grid.shape)
     for number, points in enumerate(polygon):

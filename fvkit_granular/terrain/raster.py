@@ -1,4 +1,4 @@
-"""`Raster`: what a file of cells holds, before anything is made of it."""
+"""`Raster`: the content of a raster file: values, place, missing cells, CRS."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from fvkit.problem.grid import Grid
 #: Code for no data: ESRI's where a file names none, and that of the rasters written here.
 NODATA = -9999.0
 
-#: Number from which a code for no data stands for all that are as large: texts and single precision round it.
+#: Codes for no data from this size on match all values as large, since texts and single precision round them.
 HUGE = 1e30
 
 

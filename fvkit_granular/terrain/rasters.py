@@ -45,7 +45,7 @@ def cells_of(source: Any, terrain: Terrain, name: str, besides: tuple[str, ...] 
 def read_terrain(path: Any, window: Any = None, cell: float | None = None) -> Terrain:
     """Read a terrain, a digital elevation model (DEM), from an ESRI ASCII raster or a GeoTIFF.
 
-    Cells without data stay without: no number stands for them. The CRS is the text of the file, or of the ``.prj`` file beside
+    Cells without data are masked, not numbers. The CRS is the text of the file, or of the ``.prj`` file beside
     it, and is never converted. Elevations and sizes that look like another unit than m are warned of.
 
     Parameters
@@ -104,7 +104,7 @@ def write_raster(path: Any, values: Any, terrain: Terrain) -> Path:
     """Write a raster of results on the grid and CRS of a terrain: ESRI ASCII, or GeoTIFF; whole or not at all.
 
     Numbers read back to the same bits. No data is -9999, in the cells without data of the terrain and where ``values`` is NaN.
-    Beside an ESRI ASCII raster stands the CRS, in a ``.prj`` file.
+    The CRS of an ESRI ASCII raster is in a ``.prj`` file beside it.
 
     Parameters
     ----------

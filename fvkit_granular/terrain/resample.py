@@ -8,7 +8,7 @@ from fvkit.problem.grid import Axis, Grid
 
 # Parts of SciPy are imported where they are used: that takes longer than the import of the package.
 
-#: Share of its area that a larger cell must know to have an average.
+#: Fraction of the area of a larger cell that must have data for an average.
 KNOWN = 0.5
 
 #: Share of a cell that lengths may differ by rounding.
@@ -16,7 +16,7 @@ ROUNDING = 1e-9
 
 
 def larger(grid: Grid, cell: float) -> Grid:
-    """Return the grid of square cells from the same lower corner; what is less than a cell at the upper edges is left out."""
+    """Return the grid of square cells from the same lower corner; incomplete cells at the upper edges are left out."""
     counts = [int((axis.upper - axis.lower) / cell + ROUNDING) for axis in grid.axes]
     if min(counts) < 1:
         size = " x ".join(f"{axis.upper - axis.lower:.6g}" for axis in grid.axes)

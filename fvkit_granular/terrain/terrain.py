@@ -151,7 +151,7 @@ class Terrain:
         return self._on(Grid(*zip(*ends, strict=True)), self.bottom[slices[1], slices[0]])
 
     def coarser(self, cell: float) -> "Terrain":
-        """Return the terrain on square cells of another size, each the average by area of what it covers.
+        """Return the terrain on square cells of another size, each the average, by area, of the cells that it covers.
 
         Sizes that are no multiple are resampled in the same way. A larger cell has data where at least half of it has; what is
         less than a cell at the upper edges is left out.
@@ -200,7 +200,7 @@ class Terrain:
                                      f"instead of {mine:.10g}: resample it, with `gdalwarp -te -ts` for example")
 
     def describe(self) -> str:
-        """Return what is known of it, in lines: size, place and CRS, elevations, cells without data, slopes, depressions."""
+        """Return a summary in lines: size, place and CRS, elevations, cells without data, slopes, depressions."""
         x, y = self.grid.axes
         inside = int(np.count_nonzero(resample.holes(self.missing)))
         return "\n".join([

@@ -1,5 +1,7 @@
 """Steps: exact output times, rejection, ends and failures, independence of runs, and the semi-discrete form."""
 
+import sys
+import warnings
 from itertools import pairwise
 
 import attrs
@@ -10,6 +12,8 @@ from scipy.integrate import solve_ivp
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.backends import numpy_kernel
+from fvkit.run import progress
+from fvkit.run.progress import duration
 from tests.cases import LIMITERS, SOLVERS, Stepper, averages, l1, name_of, orders, solve
 
 
@@ -421,6 +425,44 @@ def test_progress_is_silent_by_default_and_a_line_on_stderr_where_asked(capsys):
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "100" in shown.err
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(0.04, "0.04 s"), (59.0, "59 s"), (90.0, "1.5 min"), (7300.0, "2 h"), (8.2e5, "9.5 days"),
+                                               (1e9, "32 years")])
+def test_a_wall_time_has_the_unit_that_suits_it(seconds, said):
+    assert duration(seconds) == said
+
+
+def test_the_line_of_progress_estimates_the_time_that_is_left(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    times = iter(range(0, 1000, 10))
+    monkeypatch.setattr(progress, "perf_counter", lambda: next(times))
+    with progress.reporter(True, 0.0, 1e9) as report:
+        report(1e3, 7)
+    assert "7 steps, dt 143 s, about 116 days left" in capsys.readouterr().err
+    with progress.reporter(True, 0.0, 100.0) as report:
+        report(25.0, 5)
+        report(100.0, 20)
+    shown = capsys.readouterr().err
+    assert "5 steps, dt 5 s, about 30 s left" in shown
+    assert shown.count("left") == 1
+
+
+@pytest.mark.parametrize(("t_end", "limits", "until", "warns"), [
+    (1e9, None, None, True), (1e9, fv.Limits(steps=10**15), None, False), (1e9, None, fv.StopAtRest(1e-9), False), (0.5, None, None, False),
+])
+def test_a_run_that_cannot_reach_its_end_within_its_steps_says_so_once(t_end, limits, until, warns, monkeypatch):
+    monkeypatch.setattr(sys.modules["fvkit.run.solve"], "LOOK", 0.0)
+
+    def stop(stepper):
+        if stepper.steps > 20:
+            raise KeyError("as a user would")
+
+    problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 1.0, 20), np.ones((2, 20)), t_end)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        fv.solve(problem, limits=limits, until=until, observers=stop, backend="numpy", throw=False)
+    assert ["at this rate it needs about" in str(one.message) for one in caught] == [True] * warns
 
 
 def test_an_inflow_that_depends_on_time_is_advected_exactly():

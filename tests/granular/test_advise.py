@@ -131,8 +131,8 @@ def test_cells_give_the_tolerance():
 @pytest.mark.parametrize(("changes", "words"), [
     ({"sources": gr.CoulombFriction(0.2)}, "friction at the bed"),
     ({"sources": gr.PitmanLeDrag(1.0, 2.0)}, "variable drag"),
-    ({"initial": lambda x: {"h": 1.0, "phi": 0.5, "vs": 2.0}}, "slip comes near"),
-    ({"boundary": fv.Wall(), "t_end": 3.0}, "back from the walls"),
+    ({"initial": lambda x: {"h": 1.0, "phi": 0.5, "vs": 2.0}}, "slip is close to"),
+    ({"boundary": fv.Wall(), "t_end": 3.0}, "return from the walls"),
     ({"boundary": (fv.Inflow([0.5, 0.0, 0.5, 0.0]), fv.Outflow())}, "inflow"),
 ])
 def test_it_says_where_it_may_fail(changes, words):
@@ -213,7 +213,7 @@ def test_the_command_advises_and_checks(capsys):
     out = capsys.readouterr().out
     assert "stiff-drag: the reduced model suffices" in out
     assert "reduced (advised)" in out
-    assert "grid error of reduced there, second order: estimated" in out
+    assert "grid error of reduced on these cells, second order: estimated" in out
 
 
 def test_the_validation_prints_its_tables(capsys):

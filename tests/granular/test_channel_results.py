@@ -39,7 +39,7 @@ def run(*words):
 
 def test_a_scene_file_records_gauges_front_and_largest_values(place, capsys):
     assert run() == 0
-    said, folder = capsys.readouterr().out, place / "fvkit-run-channel"
+    said, folder = capsys.readouterr().out, place / "fvkit-run-channel-two-phase-relaxation"
     scene = gr.load_scene("channel.toml")
     gauge, front, largest = fv.Gauge([40.0, 99.0]), gr.Front(0.05), fv.Extremes()
     problem = scene.problem(gr.TwoPhase, 100)
@@ -61,8 +61,8 @@ def test_a_scene_file_records_gauges_front_and_largest_values(place, capsys):
 
 def test_discharge_through_the_end_is_what_left(place):
     assert run() == 0
-    end = table(place / "fvkit-run-channel" / "line-end.csv")
-    solution = fv.load(place / "fvkit-run-channel" / "solution.npz")
+    end = table(place / "fvkit-run-channel-two-phase-relaxation" / "line-end.csv")
+    solution = fv.load(place / "fvkit-run-channel-two-phase-relaxation" / "solution.npz")
     seen, left = solution.observables(), -solution.stats.entered["right"]["hs"]
     assert end["discharge hs"][-1] == pytest.approx(seen["phi"][-1] * seen["h"][-1] * seen["vs"][-1], rel=1e-12)
     assert left > 0.5
@@ -98,7 +98,7 @@ def test_a_name_with_blanks_is_quoted_in_what_goes_on(place, capsys):
     (place / "my channel.toml").write_text(SCENE)
     assert main(["run", "my channel.toml", "--cells", "20", "--backend", "numpy", "--checkpoint", "my run.npz"]) == 0
     assert "fvkit run 'my channel.toml' --resume 'my run.npz'" in capsys.readouterr().out
-    assert (place / "fvkit-run-my channel" / "run.txt").exists()
+    assert (place / "fvkit-run-my channel-two-phase-relaxation" / "run.txt").exists()
 
 
 def test_a_later_run_that_records_nothing_leaves_no_series_of_this_one(place):
@@ -174,7 +174,7 @@ def test_a_report_refuses_another_format(place):
 def test_the_solution_goes_where_save_says_too(place, capsys):
     pytest.importorskip("h5netcdf")
     assert run("--save", "far/x.nc") == 0
-    here = fv.load(place / "fvkit-run-channel" / "solution.npz")
+    here = fv.load(place / "fvkit-run-channel-two-phase-relaxation" / "solution.npz")
     assert np.array_equal(fv.load(place / "far" / "x.nc").q, here.q)
     assert "far/x.nc" in capsys.readouterr().out
 
@@ -182,8 +182,21 @@ def test_the_solution_goes_where_save_says_too(place, capsys):
 def test_the_folder_says_what_was_run_under_the_name_of_the_scene(place, capsys):
     (place / "channel.toml").write_text('name = "Mühlbach, 2 km"\n' + SCENE)
     assert run("--model", "reduced", "--riemann", "hll") == 0
-    said = (place / "fvkit-run-channel" / "run.txt").read_text(encoding="utf-8")
+    said = (place / "fvkit-run-channel-reduced-hll" / "run.txt").read_text(encoding="utf-8")
     assert said.startswith("Mühlbach, 2 km: reduced, hll, order 2, 100 cells, numpy\n")
     assert capsys.readouterr().out.startswith(said)
-    kept = fv.load(place / "fvkit-run-channel" / "solution.npz")
+    kept = fv.load(place / "fvkit-run-channel-reduced-hll" / "solution.npz")
     assert (kept.configuration["scene"], type(kept.model)) == ("Mühlbach, 2 km", gr.Reduced)
+
+
+@pytest.mark.filterwarnings("ignore:SSPRK3 alternates")
+@pytest.mark.parametrize(("words", "folder"), [
+    ((), "two-phase-relaxation"), (("--riemann", "roe"), "two-phase-roe"), (("--model", "shallow-water"), "shallow-water-relaxation"),
+    (("--order", "1"), "two-phase-relaxation-order-1"), (("--limiter", "superbee"), "two-phase-relaxation-superbee"),
+    (("--reconstruction", "muscl", "--integrator", "ssprk3"), "two-phase-relaxation-muscl-ssprk3"),
+])
+def test_runs_with_another_model_or_solver_have_a_folder_of_their_own(words, folder, place, capsys):
+    assert run("--checkpoint", "c.npz", *words) == 0
+    assert [path.name for path in place.glob("fvkit-run-*")] == [f"fvkit-run-channel-{folder}"]
+    assert main(["run", "channel.toml", "--resume", "c.npz", "--backend", "numpy"]) == 0
+    assert f"written to fvkit-run-channel-{folder}/" in capsys.readouterr().out

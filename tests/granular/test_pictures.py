@@ -168,7 +168,7 @@ def channel(relief, depth, t_end=4.0, level=0.0):
 
 @pytest.mark.parametrize(("relief", "depth", "factor"), [
     (0.0, 1.0, 1.0), (15.0, 1.0, 1.0), (100.0, 2.0, 5.0), (100.0, 1.0, 10.0), (50.0, 0.02, 200.0), (100.0, 0.0, 1.0)])
-@pytest.mark.filterwarnings("ignore::fvkit_granular.scenes.slope.SteepSlopeWarning")
+@pytest.mark.filterwarnings("ignore::fvkit_granular.models.slope.SteepSlopeWarning")
 def test_depths_are_enlarged_where_the_relief_would_hide_them(relief, depth, factor):
     """The factor is 1, 2 or 5 times a power of ten, the largest with which 0.15 of the relief holds the largest depth."""
     found = channel(relief, depth)
@@ -191,7 +191,7 @@ def test_high_ground_fills_the_picture():
     assert high < 1650.0
 
 
-@pytest.mark.filterwarnings("ignore::fvkit_granular.scenes.slope.SteepSlopeWarning")
+@pytest.mark.filterwarnings("ignore::fvkit_granular.models.slope.SteepSlopeWarning")
 def test_the_first_picture_and_the_film_of_a_channel_show_its_flow(tmp_path, monkeypatch):
     from PIL import Image
 

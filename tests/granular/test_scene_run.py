@@ -57,6 +57,23 @@ def test_mistakes_in_parameters_are_sentences(run, parameters, word):
     assert word in str(raised.value)
 
 
+@pytest.mark.parametrize(("name", "flow"), [
+    ("h", {"h": 0.0, "phi": 0.5}), ("vs", {"h": 1.0, "phi": 0.5}), ("phi", {"h": 1.0, "phi": 0.0}), ("vs_y", {"h": 1.0, "phi": 0.5, "vs_x": 1.0})])
+def test_a_factor_on_what_is_zero_everywhere_is_refused(name, flow, tmp_path, capsys):
+    corners = ((0.0, 0.0), (1.0, 1.0)) if "_" in name else (0.0, 1.0)
+    run = gr.SceneRun(lambda: gr.Scene(corners, 0.01, lambda *places: flow), cells=5, backend="numpy")
+    with pytest.raises(ValueError, match=f"`initial.{name}` is a factor on the initial {name} of the scene, which is 0 everywhere"):
+        run.setup({f"initial.{name}": 2.0})
+    assert not fv.sweep(run, {f"initial.{name}": [1.0, 2.0]}, workers=1).success
+    assert run.setup({f"initial.{name}": 0.0})
+    interval = "[[0, 0], [1, 1]]" if "_" in name else "[0, 1]"
+    initial = ", ".join(f"{key} = {value}" for key, value in flow.items())
+    (tmp_path / "dry.toml").write_text(f"interval = {interval}\nt_end = 0.01\ninitial = {{{initial}}}\n")
+    (tmp_path / "sweep.toml").write_text(f'scene = "dry.toml"\n[parameters]\n"initial.{name}" = [1.0, 2.0]\n')
+    assert main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]) == MISTAKE
+    assert "it changes nothing, leave it out" in capsys.readouterr().err
+
+
 def test_four_times_the_depth_at_a_quarter_of_the_gravity_is_the_same_flow():
     run = gr.SceneRun("dam-break", cells=40, backend="numpy")
     deep, plain = run(**{"initial.h": 4.0, "g": 0.25 * 9.81}), run()

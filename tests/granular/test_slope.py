@@ -11,7 +11,7 @@ import fvkit_granular as gr
 from fvkit.cli import main
 from fvkit.problem.slopes import resolved_steps
 from fvkit_granular import shapes
-from fvkit_granular.scenes.slope import MILD, sentence, steepest
+from fvkit_granular.models.slope import MILD, sentence, steepest
 
 
 def on(bottom, interval=(0.0, 100.0), surface=None, boundary=None, h=None, **more):
@@ -33,6 +33,21 @@ def test_a_plane_slope_warns_above_15_degrees_with_its_error(degrees):
         assert caught[0].filename == __file__
     else:
         silent(scene)
+
+
+@pytest.mark.parametrize("kind", [gr.TwoPhase, gr.Reduced, gr.ShallowWater, gr.PitmanLe, gr.TwoLayer])
+@pytest.mark.parametrize(("degrees", "axes", "slope", "comes"), [
+    (20.0, 1, "mild", True), (20.0, 2, "mild", True), (14.0, 1, "mild", False), (20.0, 1, "steep", False), (20.0, 2, "steep", False)])
+def test_a_problem_without_a_scene_warns_too(kind, degrees, axes, slope, comes):
+    grid, model = (fv.Grid(0.0, 10.0, 12), fv.Grid((0.0, 0.0), (10.0, 8.0), (12, 9)))[axes - 1], kind(slope=slope)
+    if kind is gr.PitmanLe and axes == 2:
+        pytest.skip("PitmanLe serves one axis")
+    q = model.conserved_from(np.ones(grid.shape), 0.5)
+    rows = q if axes == 1 else np.concatenate([q, q[[momentum for _, momentum in model.phases]]])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        fv.Problem(model, grid, rows, 1.0, {"b": lambda *places: -np.tan(np.radians(degrees)) * places[0]})
+    assert [(issubclass(one.category, gr.SteepSlopeWarning), one.filename) for one in caught] == [(True, __file__)] * comes
 
 
 def silent(scene, cells=100):

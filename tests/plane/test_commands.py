@@ -60,15 +60,15 @@ def test_a_run_goes_on_from_its_checkpoint_to_the_same_bits(folder, capsys):
     assert (folder / "out/map.png").is_file()
     assert np.array_equal(fv.load("out/solution.npz").q[-1], whole.q[-1])
     assert "`--line` must be within [-0.5, 0.5], got 3" in mistake(capsys, "run", "--resume", "run.npz", "--line", "0", "0", "3", "0")
-    assert "--plot profile draws over one axis" in mistake(capsys, "run", "--resume", "run.npz", "--plot", "profile")
+    assert "--plot profile needs a scene with one axis" in mistake(capsys, "run", "--resume", "run.npz", "--plot", "profile")
 
 
 @pytest.mark.parametrize(("words", "message"), [
-    ([*RUN, "--plot", "state"], "--plot state draws over one axis, and this scene has two: leave it out, map.png, vectors.png, cut.png are"),
-    ([*RUN, "--plot", "space-time"], "--plot space-time draws over one axis"), ([*RUN, "--plot", "slip"], "--plot slip draws over one axis"),
+    ([*RUN, "--plot", "state"], "--plot state needs a scene with one axis, and this one has two: leave it out, map.png, vectors.png, cut.png are"),
+    ([*RUN, "--plot", "space-time"], "--plot space-time needs a scene with one axis"), ([*RUN, "--plot", "slip"], "--plot slip needs a scene with one axis"),
     ([*RUN, "--line", "0", "0", "9", "0"], "`--line` must be within [-0.5, 0.5], got 9"),
     ([*RUN, "--line", "0", "0", "0", "0"], "`--line` must have two ends that differ"),
-    (["run", "riemann", "--line", "0", "0", "1", "0"], "--line is the line of a cut through a plane, and this scene has one axis"),
+    (["run", "riemann", "--line", "0", "0", "1", "0"], "--line needs a scene with two axes, and this one has one"),
     (["run", "vortex", "--cells", "3x4x5"], "`--cells` must be a whole number, or NXxNY"),
     (["run", "vortex", "--cells", "ten"], "`--cells` must be a whole number, or NXxNY"),
     (["run", "vortex", "--cells", "0"], "`--cells` must be >= 1, got 0"), (["run", "vortex", "--cells", "9x0"], "`--cells[1]` must be >= 1, got 0"),

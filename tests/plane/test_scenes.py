@@ -9,7 +9,7 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.problem.directions import in_plane
 from fvkit_granular import shapes
-from fvkit_granular.scenes.slope import steepest
+from fvkit_granular.models.slope import steepest
 from tests.cases import solve
 
 #: Corners that are neither square nor at the origin.

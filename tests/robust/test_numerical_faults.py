@@ -206,7 +206,7 @@ def cases():
                          "stepping on"),
             "observer": (dict(problem=dam(Honest()), observers=[After(7)]), "calling the observer After(calls=0)"),
             "progress": (dict(problem=dam(Honest()), observers=[lambda stepper: None], progress=After(0)), "showing progress"),
-            "until": (dict(problem=dam(Honest()), until=StopAfter(every=3)), "asking StopAfter(every=3, asked=After(calls=0))")}
+            "until": (dict(problem=dam(Honest()), until=StopAfter(every=3)), "evaluating StopAfter(every=3, asked=After(calls=0))")}
 
 
 @pytest.mark.parametrize("which", cases())

@@ -224,9 +224,9 @@ def test_pictures_over_the_plane_are_drawn_where_they_are_asked_for(folder, caps
     assert {path.stem for path in (folder / "out").glob("*.png")} == drawn - {"vectors", "cut"}
     capsys.readouterr()
     assert main([*run, "other", "--plot", "speeds"]) == 2
-    assert "--plot speeds draws over one axis" in capsys.readouterr().err
+    assert "--plot speeds needs a scene with one axis" in capsys.readouterr().err
     assert main(["run", "dam-break", "--plot", "map", "--out", "other"]) == 2
-    assert "--plot map draws over a plane" in capsys.readouterr().err
+    assert "--plot map needs a scene with two axes" in capsys.readouterr().err
     assert not (folder / "other").exists()
 
 

@@ -17,7 +17,7 @@ from fvkit.cli import INTERRUPTED, SUCCESS, done_so_far
 from fvkit.run.interruption import keeping
 from fvkit.studies.tables import table
 from fvkit_granular.cli.advise import model_errors
-from fvkit_granular.cli.options import teller
+from fvkit_granular.cli.options import progress_line
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.sources.drag import ConstantDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction
@@ -232,7 +232,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.count < 4 or options.seed < 0 or options.cells < 10:
         parser.error("N must be >= 4, --seed >= 0, --cells >= 10")
-    tell = teller()
+    tell = progress_line()
     rows, stopped = done_so_far(partial(validate, options.count, options.seed, options.cells, options.backend, progress=tell))
     if tell is not None:
         tell("")

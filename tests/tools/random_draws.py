@@ -139,10 +139,10 @@ class RandomScene:
         return tuple(one for one in given[self.setting] if len(model.phases) > 1 or not one.between_phases)
 
     def problem(self, kind: type[Model]) -> Problem:
-        """Return the problem for a class of models. Its bottom may be rough at an outflow: what stays whole there is asked, not the depth."""
+        """Return the problem for a class of models. Its bottom may be steep, and rough at an outflow."""
         model: Any = self.model(kind)
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "Outflow: `b` falls")
+            warnings.filterwarnings("ignore", "Outflow: `b` falls|steepest slope")
             return Problem(model, Grid(0.0, 1.0, CELLS), model.conserved_from(*self.flow), LONGEST, {"b": self.b}, self.boundary(model),
                            self.sources(model))
 

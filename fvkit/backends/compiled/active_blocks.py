@@ -1,4 +1,4 @@
-"""Blocks of cells where something stands or may come to in a step: the others are left out, with the same bits.
+"""Active blocks: those with mass, or that mass may reach in a step. The others are left out, with the same bits.
 
 A dry cell whose neighbours along a sweep are dry keeps every bit, at first and at second order, with friction and drag. So a step
 changes nothing further than one cell from what is wet, and a block that is further away is idle. Blocks never become idle again:
@@ -36,7 +36,7 @@ class ActiveBlocks:
         self.known = False
 
     def forget(self) -> None:
-        """Look at every block again: a state has come from elsewhere."""
+        """Test every block again after the state was replaced."""
         self.known = False
 
     def look(self, q: np.ndarray) -> None:
@@ -57,7 +57,7 @@ class ActiveBlocks:
         return q[:, first:stop, left:right].view(np.int64)
 
     def touch(self, axis: int, side: int, lines: np.ndarray) -> None:
-        """Make active the blocks at a side of an axis where ``lines`` (cells along the side) says that something comes in."""
+        """Make active the blocks at a side of an axis where ``lines`` (cells along the side) marks an inflow."""
         if self.every or not lines.any():
             return
         padded = np.zeros(SIDE * self.blocks.shape[axis], dtype=bool)

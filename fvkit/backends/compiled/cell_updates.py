@@ -27,7 +27,7 @@ class Ends(Writer):
             self.emit(f"ends[2, {k}] += total")
 
     def finished(self, q: Any, aux: Any) -> tuple[Any, list[tuple[int, Any]]]:
-        """Symbols of a state after the sources of the last share of the step, settled, and what they have `brought`."""
+        """Symbols of a state after the last part of the sources, settled, and the masses that they add, see `brought`."""
         after = self.act(q, aux, self.after, self.parts.beside[::-1]) if self.scheme.splitting.after > 0.0 else q
         gains = brought(self.parts.model.mass_rows(), q, after)
         return self.parts.model.settle(after) if self.problem.model.defines("settle") else after, gains
@@ -45,7 +45,7 @@ class Ends(Writer):
         return result
 
     def ends(self) -> list[str]:
-        """Text of ``opening`` and ``finish``: what a staged step does to nt cells from c0 before and after its sweeps."""
+        """Text of ``opening`` and ``finish``: operations of a staged step on nt cells from c0 before and after its sweeps."""
         rows, halo = len(self.problem.model.conserved), self.plan.halo
         text: list[str] = []
         for name in ("opening", "finish"):
@@ -82,7 +82,7 @@ class Ends(Writer):
         return [*text, "            pass", "    return"]
 
     def set_mass_fluxes(self) -> None:
-        """Let pass an end of the grid what its boundary condition says."""
+        """Impose the mass fluxes of the boundary condition at an end of the grid."""
         rows = self.fields.get(MASS_FLUX, ())
         for side, (part, test, face) in enumerate(zip(self.boundary, ("c0 == 0", "closing == 1"), ("0", "nt"), strict=True)):
             fluxes = imposed(part, self.parts.model, self.values(side))
@@ -96,7 +96,7 @@ class Ends(Writer):
                     self.emit(f"{row.at(0)} = {name}", 3)
 
     def values(self, side: int) -> tuple[Expr, ...]:
-        """Symbols of what the boundary condition of a side gives to its ghosts."""
+        """Symbols of the ghost states of the boundary condition of a side."""
         given = self.problem.ends[side].values(self.model, self.problem.t_start)
         return tuple(self.graph.node("uniform", f"values[{side}, {k}]") for k in range(len(given)))
 
@@ -117,9 +117,9 @@ class Ends(Writer):
         return bool(self.parts.beside) and self.scheme.splitting.before > 0.0 and not self.staged
 
     def ghosts(self) -> list[str]:
-        """Text of ``ghosts``: fill the ghost cells of a padded state; ``values`` holds what the boundaries give.
+        """Text of ``ghosts``: fill the ghost cells of a padded state; ``values`` are those of the boundaries.
 
-        They look at cells after the sources of the first share of the step.
+        They copy cells after the sources of the first part of the step.
         """
         halo, model = self.plan.halo, self.problem.model
         self.emit("def ghosts(q, aux, n, before, par, values):", 0)

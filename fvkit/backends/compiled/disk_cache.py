@@ -81,7 +81,7 @@ class Contents:
 
 
 def contents() -> Contents:
-    """Return what the cache holds now."""
+    """Return the contents of the cache."""
     files = [path for path in folder().rglob("*") if path.is_file()] if folder().is_dir() else []
     return Contents(folder(), sum(path.match("kernel_*.py") for path in files), sum(path.stat().st_size for path in files))
 

@@ -144,7 +144,7 @@ class Generator(Ends):
                    first: bool) -> None:
         """The loop of a group, and behind tests that it makes, those of the guarded stages that follow it.
 
-        A group that asks for `fvkit.rarely` has two versions of its loop, and a short loop that chooses.
+        A group that uses `fvkit.rarely` has two versions of its loop, and a short loop that chooses.
         """
         low, high = span
         count = self.span(high - low)
@@ -199,7 +199,7 @@ class Generator(Ends):
             self.loop(count, [], low, [largest(self.value(SPEED, low, {}, low))])
 
     def asking(self, stages: list[Stage], guarded: list[Stage], low: int) -> tuple[dict[str, Any], list[Any]]:
-        """Symbols of what the stages of a loop write, and of what the guarded stages behind it ask."""
+        """Symbols of what the stages of a loop write, and of the guards of the stages behind it."""
         own = self.run(stages, low)
         return own, [stage.guard(self.parts, self.ratio, **self.inputs(stage, low, own, low))  # type: ignore[misc]  # they have one
                      for stage in guarded]
@@ -268,7 +268,7 @@ class Generator(Ends):
 
 def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None, varies: list[bool]) -> Source:
     """Return the text of the kernel's own part: ``tile`` and ``ghosts``, and for a staged scheme ``opening``, ``finish`` and,
-    with implicit sources, ``source_tile``. ``varies`` says which given functions are not zero everywhere.
+    with implicit sources, ``source_tile``. ``varies`` marks the given functions that are not zero everywhere.
 
     Raises
     ------

@@ -37,12 +37,12 @@ class Block:
     ----------
     name : name of the function.
     inputs : leaves, loads or uniform values, in the order of the arguments.
-    nodes : what is computed, in order.
+    nodes : the nodes to compute, in order.
     outputs : nodes or numbers that are computed; those that ``stores`` does not hold are returned, as a tuple; conditions as
         integers 0 or 1.
     fused : {sum or difference: product that it contracts}, by index.
     multiplied : quotients that are made of products, by index.
-    loads : {input: entry of scratch, counted from j, where it stands}, by index.
+    loads : {input: its entry of scratch, counted from j}, by index.
     stores : entry of scratch, counted from j, and output that is written there.
     returned : outputs that are returned besides.
     """
@@ -63,7 +63,7 @@ class Block:
         lines += [f"#   {_label(node)} = {node.operation} {' '.join(_label(item) for item in node.arguments)}"
                   + (f" (%{self.fused[node.index]} in one)" if node.index in self.fused else "")
                   + (" by products" if node.index in self.multiplied else "") for node in self.nodes]
-        lines += [f"#   %{index} stands at {place} + j" for index, place in self.loads.items()]
+        lines += [f"#   %{index} is at {place} + j" for index, place in self.loads.items()]
         lines += [f"#   {place} + j becomes {_label(item)}" for place, item in self.stores]
         return "\n".join([*lines, f"#   return {' '.join(_label(item) for item in self.returned)}"])
 
@@ -82,7 +82,7 @@ class Block:
         return bool(self.loads or self.stores)
 
     def _code(self, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        # llvmlite refuses names of attributes that it does not know. Where a function is inlined its attribute is lost, so that
+        # llvmlite refuses unknown names of attributes. Where a function is inlined its attribute is lost, so that
         # every function with loops needs a block of its own, if only `wide`.
         set.add(builder.function.attributes, WIDEST)
         given = iter(arguments)
@@ -214,7 +214,7 @@ class _Emitter:
         return self.fused(a if node.operation == "+" else self.builder.fneg(a), b, self.argument(first))
 
     def extreme(self, operation: str, a: Any, b: Any) -> Any:
-        """The larger or smaller of two. The comparison takes the second where one is NaN: a constant had better stand first."""
+        """The larger or smaller of two. The comparison takes the second where one is NaN, so a constant should be first."""
         if isinstance(b, self.ir.Constant):
             a, b = b, a
         found = self.builder.select(self.builder.fcmp_ordered(_EXTREMES[operation], a, b), a, b)

@@ -1,6 +1,6 @@
 """Building blocks of generated kernel source: symbols, scratch rows, loops and blocks of arithmetic.
 
-A tile of cells stands in one scratch buffer, every field a row at a fixed offset. Rows are longer than a page, offsets are
+A tile of cells is one scratch buffer, every field a row at a fixed offset. Rows are longer than a page, offsets are
 constants, nothing is indexed from below: each of these was measured to matter by a factor.
 """
 
@@ -36,12 +36,12 @@ class Row(NamedTuple):
         return self.number * self.length
 
     def at(self, place: int) -> str:
-        """Text of the entry of loop variable j that stands for place j + ``place``."""
+        """Text of the entry of loop variable j for place j + ``place``."""
         return f"buf[{self.start + (place - self.low) * self.pitch} + j]"
 
 
 def entry_of(text: str) -> int | None:
-    """Return the number of the entry, counted from j, that a text of `Row.at` stands for, None of another text."""
+    """Return the number of the entry, counted from j, of a text of `Row.at`, None of another text."""
     found = re.fullmatch(r"buf\[(\d+) \+ j\]", text)
     return int(found[1]) if found else None
 
@@ -107,7 +107,7 @@ class Writer:
         return node
 
     def reads(self, stage: Stage) -> list[Read]:
-        """What a stage reads from cells and other loops: light stages are replaced by what they read themselves."""
+        """Fields that a stage reads from cells and other loops: light stages are replaced by the fields that they read."""
         return [inner for read in stage.reads.values() for inner in self.sources_of(read)]
 
     def sources_of(self, read: Read) -> list[Read]:
@@ -178,7 +178,7 @@ class Writer:
                 for row, value in writes]
 
     def restore(self, values: dict[str, Any]) -> list[tuple[Row, Any]]:
-        """Return what a guarded stage writes to the rows that its fields have."""
+        """Return the values that a guarded stage writes to the rows of its fields."""
         def pairs(row: Any, value: Any) -> list[tuple[Row, Any]]:
             if isinstance(row, Row):
                 return [(row, value)]
@@ -189,17 +189,17 @@ class Writer:
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
              always: bool = False, rows: dict[int, str] | None = None, like: Block | None = None) -> Block:
-        """Loops that compute what is written and what the extra lines need, and write. ``{}`` in a line is its value.
+        """Loops that compute the written values and those of the extra lines, and write. ``{}`` in a line is its value.
 
-        ``always`` says that they run in every tile: what they need per cell is then worth a loop of its own. ``rows`` tells
-        where nodes stand that an earlier loop has stored, which these leave alone. What they share with the block ``like`` has
+        With ``always`` they run in every tile: values per cell are then worth a separate loop. ``rows`` has the
+        rows of nodes that an earlier loop has stored, which these do not compute. What they share with the block ``like`` has
         its bits. Returns the block that they compute, all of them together.
         """
         lines = [*extra, *((f"{row.at(low)} = {{}}", value) for row, value in writes)]
         places = {_index(value): row.at(low) for row, value in writes}
         stored = dict(rows or {})
         whole = self.content([value for _, value in lines], always=always, stored=stored, like=like)
-        # The second version of a loop and what stands behind a test run seldom: there cuts are not worth their compilation.
+        # The second version of a loop and code behind a test run seldom: cutting them is not worth its compilation.
         often = rows is None and like is None and all(value is not None for _, value in lines)
         parts = pieces(whole, len(self.blocks)) if often else [whole]
         parts = [attrs.evolve(part, multiplied=by_products(part)) for part in parts] if often else parts
@@ -250,9 +250,9 @@ class Writer:
             self.emit(line.format(names.get(_index(value)) or _number(value)), depth)
 
     def assign(self, values: list[Any], depth: int, fixed: bool = False) -> list[str]:
-        """Emit the call of a block that computes the values; return the name or number that stands for each.
+        """Emit the call of a block that computes the values; return the name or number of each.
 
-        ``fixed`` says that uniform values are not at hand, as they are in ``tile``, and are computed by the block too.
+        With ``fixed`` uniform values are not available, as they are in ``tile``, and are computed by the block too.
         """
         names = self.call(self.content(values, fixed), depth, {})
         return [names.get(_index(value)) or _number(value) for value in values]
@@ -287,7 +287,7 @@ class Writer:
         return names
 
     def keep_per_cell(self, node: Expr, function: int, place: int) -> None:
-        """Give a function of one cell a row, and let the node be read from it."""
+        """Store a function of one cell in a row, from which the node is read."""
         if function not in self.percell.rows:
             self.percell.rows[function] = self.new_row(-self.plan.halo)
             self.percell.samples[function] = node

@@ -24,8 +24,8 @@ from fvkit.problem.problem import Problem
 from fvkit.schemes.program import STATE, TRANSPORT, Program
 from fvkit.schemes.scheme import Parts, Scheme
 
-#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` says what is contracted. No
-#: counts of references: compiled code makes no arrays.
+#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` decides what is contracted. No
+#: reference counts: compiled code allocates no arrays.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
 
 #: Seconds after which a compilation is announced.
@@ -133,7 +133,7 @@ class NumbaKernel(Kernel):
         return Outcome.PAUSED
 
     def _step(self, march: March, target: float) -> Outcome:
-        """One accepted step; boundaries and fields of sources are asked again for each length that is tried."""
+        """One accepted step; boundaries and fields of sources are evaluated again for each length that is tried."""
         outcome = Outcome.NO_STEP
         for _ in range(march.retries):
             dt, _ = step_length(march.t, march.dt, target)
@@ -145,7 +145,7 @@ class NumbaKernel(Kernel):
         return outcome
 
     def times(self, t: float, dt: float) -> list[float]:
-        """When the boundaries are asked in a step of length dt from t."""
+        """Times at which boundary values are evaluated in a step of length dt from t."""
         return [t + share * dt for share in self.scheme.program.times]
 
     def _advance(self, march: March, target: float, max_steps: int, retries: int, values: np.ndarray) -> Outcome:

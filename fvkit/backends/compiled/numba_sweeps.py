@@ -1,4 +1,4 @@
-"""Sweeps by the compiled backend: pieces of lines, on one thread or several, where something stands."""
+"""Sweeps by the compiled backend: pieces of lines in active blocks, on one thread or several."""
 
 import time
 from concurrent.futures import ThreadPoolExecutor

@@ -33,7 +33,7 @@ class PerCell:
     def profile(self, node: Expr) -> tuple[int, int | None, bool]:
         """Return the function that a node is, the place that it reads, and whether it reads none or that one alone.
 
-        What the node is computed from must have been asked before.
+        The operands of the node must have been looked up before.
         """
         known = self._profiles.get(node.index)
         if known is None:
@@ -67,7 +67,7 @@ class PerCell:
     def find(self, outputs: list[Expr], leaf: Any, new: bool) -> dict[int, tuple[int, int]]:
         """Return {node: (function, place)} for the nodes that are read from scratch instead of computed.
 
-        ``new`` says whether functions without a row may get one: those that occur at two places at least.
+        With ``new`` functions without a row may get one: those that occur at two places at least.
         """
         found: dict[int, dict[int, Expr]] = {}
         for node in needed(outputs, leaf):

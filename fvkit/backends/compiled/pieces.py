@@ -1,4 +1,4 @@
-"""A long loop body as several loops, one after the other, whose intermediate values stand in scratch.
+"""A long loop body as several loops, one after the other, with intermediate values in scratch.
 
 A processor looks some hundred instructions ahead. A body that fills that window runs at the pace of its longest chain of
 dependent operations, however many of them could go side by side. Cut in two, each half has half the chain, and twice as many
@@ -13,7 +13,7 @@ from fvkit.backends.compiled.quotients import BUSY, PRODUCTS, divides_slowly
 from fvkit.pointwise.tracing import KEEPS_NAN, Expr
 
 #: Instructions that are under way at once, and those that start in a cycle. Windows of 200 to 450 were tried: shallow water with
-#: Manning and two-phase Roe took the least time at 300, and what has shorter bodies did not care.
+#: Manning and two-phase Roe took the least time at 300; schemes with shorter bodies do not depend on it.
 WINDOW, WIDTH = 320.0, 3.0
 
 #: Cycles that one more loop costs, and each value that a loop leaves to a later one.
@@ -118,7 +118,7 @@ class _Body:
         return cuts if total < SHARE * self.time(0)[-1] else [0, len(self.nodes)]
 
     def left(self, start: int, stop: int) -> list[Any]:
-        """What the nodes of a piece leave: outputs, and what is needed from ``stop`` on."""
+        """Results of the nodes of a piece: outputs, and values that nodes from ``stop`` on need."""
         result = {item.index: item for item, made in self.outputs if start <= made < stop}
         result |= {node.index: node for k, node in enumerate(self.nodes[start:stop], start) if self.last[k] >= stop}
         return list(result.values())

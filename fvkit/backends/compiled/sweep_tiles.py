@@ -21,8 +21,8 @@ from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, Parts, Scheme
 LANES, LENGTH = 16, 2 * TILE + SPARE
 
 
-class Seen(NamedTuple):
-    """What the generator of a sweep knows of the problem: the equations along the axis. Ghost cells are filled elsewhere."""
+class AxisProblem(NamedTuple):
+    """The problem as the generator of a sweep uses it: the equations along the axis. Ghost cells are filled elsewhere."""
 
     model: Model
     ends: tuple[Any, ...] = ()
@@ -37,7 +37,7 @@ class SweepGenerator(Generator):
     def __init__(self, direction: Direction, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool],
                  prefix: str = "") -> None:
         self.direction, self.pitch, self.length = direction, LANES if direction.number else 1, LENGTH
-        super().__init__(Seen(direction.model), scheme, parts, plan, varies, prefix)  # type: ignore[arg-type]  # all that is asked
+        super().__init__(AxisProblem(direction.model), scheme, parts, plan, varies, prefix)  # type: ignore[arg-type]  # all that is used
         self.given += len(direction.across)
         self.real_place, self.number_of_face = (f" and j % {LANES} < w", f"(min(c0 + j // {LANES}, n - 1)) * (q.shape[2] - "
                                                 f"{2 * plan.halo}) + line - {plan.halo} + j % {LANES}") if direction.number else \
@@ -98,7 +98,7 @@ class SweepGenerator(Generator):
         self.emit(f"{target}[{place}, c0 + {halo} + i, line + j] = buf[{row.start} + i * {LANES} + j]", depth + 3)
 
     def set_mass_fluxes(self) -> None:
-        """Let pass a side what its conditions say, and leave the mass fluxes of both sides in ``through``."""
+        """Impose the mass fluxes of the conditions at a side, and leave those of both sides in ``through``."""
         rows = [row for row in self.fields.get(MASS_FLUX, ()) if isinstance(row, Row)]
         lane, lanes = ("j", "w") if self.pitch > 1 else ("0", "1")
         for side, test, face in ((0, "c0 == 0", "0"), (1, "closing == 1", f"nt * {self.pitch}")):
@@ -150,7 +150,7 @@ class SweepGenerator(Generator):
         self.emit("return bad")
 
     def settled(self, new: Any) -> Any:
-        """Symbols of a state that has lost the momenta, along and across, of what is too thin to move."""
+        """Symbols of a state without the momenta, along and across, of layers that are too thin to move."""
         model, own = self.parts.model, len(self.direction.rows)
         if not self.problem.model.defines("settle"):
             return new

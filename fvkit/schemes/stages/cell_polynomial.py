@@ -28,7 +28,7 @@ def near_shore(parts, ratio, q, aux, left, right, **others):
 
 
 def draw(parts, ratio, q, aux, left, right, left_aux, right_aux, inside):
-    """Draw what `reconstruct` found of a cell to its mean; where nothing asks for it, every bit is kept."""
+    """Scale the polynomial that `reconstruct` returned for a cell towards its mean; unchanged where no condition requires it."""
     stencil, found = (*q, *aux), (left, right, left_aux, right_aux, inside)
     states, given = split(parts.model, stencil)
     here, bed = states[len(states) // 2], given[len(given) // 2]
@@ -49,7 +49,7 @@ def polynomials(parts, stencil):
 
 
 def split(model, stencil):
-    """Return the states and the aux values of a stencil, without what stands behind these."""
+    """Return the states and the aux values of a stencil, without the rows behind the aux values."""
     width = len(stencil) // 2
     return stencil[:width], [item[:len(model.aux)] for item in stencil[width:]]
 
@@ -60,7 +60,7 @@ def lifts(model, stencil):
 
 
 def deviations(parts, stencil):
-    """Return what is reconstructed, less its value in the cell: q + lift, or q - background."""
+    """Return the reconstructed variable, less its value in the cell: q + lift, or q - background."""
     model, (states, given) = parts.model, split(parts.model, stencil)
     flows = [of_background(model, item) for item in stencil[len(states):]]
     q, aux, flow = states[len(states) // 2], given[len(given) // 2], flows[len(flows) // 2]
@@ -137,7 +137,7 @@ def third(reconstruction, stencil):
 
 
 def inside(model, left, right, q, aux):
-    """Return the integral over a cell; nothing in the rows of masses, whose fluxes stand at the faces."""
+    """Return the integral over a cell; 0 in the rows of masses, whose fluxes act at the faces."""
     if model.defines("cell_integral"):
         result = model.cell_integral(left, right, q, aux)
     elif model.defines("jump"):

@@ -19,11 +19,11 @@ from fvkit.schemes.scheme import NEW, PULLS, Read, Stage
 #: no balance, and there the cells alone pay.
 EVEN = 4.0
 
-#: Least mass that bears a push, as a share of the larger one beside the face: at an emerged step whose upper side is dry the push
-#: is rounding, and so is what bears it.
+#: Least mass that takes a push, relative to the larger one beside the face: at an emerged step whose upper side is dry the push
+#: is rounding, and so is the mass.
 BORNE = 1e-8
 
-#: Least mass that bears the push of a cell, as a share of its own: a film above deep flow that leaves it would else pay nothing.
+#: Least mass that takes the push of a cell, relative to its own: a film that leaves deep flow would else feel no source.
 PAYING = 0.25
 
 #: dt/dx at which the limit dt -> 0 is taken, s/m.
@@ -31,7 +31,7 @@ SHORT = 1e-9
 
 
 class Net(tuple):
-    """What sources leave of the jump of a face, with the ``whole`` jump: a relaxation looks at both."""
+    """Jump of a face reduced by sources, with the ``whole`` jump: a relaxation solver uses both."""
 
     whole: Any
 
@@ -77,7 +77,7 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
         most = maximum(carries * before[row], np.abs(push))
         left = minimum(maximum(left, -most), most)
         even = 0.0 if limit else minimum(1.0, EVEN * minimum(ql[row], qr[row]) / (maximum(ql[row], qr[row]) + TINY))
-        # What a source stops must feel its push first: a slope would else come to rest below its angle.
+        # A flow that a source stops must feel its push first: a slope would else come to rest below its angle.
         lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY)) if stops else 1.0
         kept = whole[momentum] + where(still, 1.0, even * lasting) * (left - push)
         result[momentum] = where(still & (end[momentum] == 0.0), 0.0, kept)
@@ -85,7 +85,7 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
 
 
 def drive(parts, ratio, q, net, aux, bearing):
-    """Return the state of a cell after its transport and its sources; ``bearing`` are the masses that bear the push of its
+    """Return the state of a cell after its transport and its sources; ``bearing`` are the masses that take the push of its
     faces."""
     after, borne = combine(1.0, q, -ratio, net), combine(0.5, bearing[0], 0.5, bearing[1])
     borne = tuple([maximum(mass, PAYING * after[masses[-1]])
@@ -98,7 +98,7 @@ def surroundings(parts, auxl, auxr):
     """Return, for each phase, its velocity across the sweep and what accelerates it there, m/s^2, between two cells; () without.
 
     Both are those of the start of the step: friction acts against the whole velocity, and holds against the whole push. They
-    stand behind the aux values, see `pulling_stages`: velocity, push and the mass that bears it.
+    stand behind the aux values, see `pulling_stages`: velocity, push and the mass that takes it.
     """
     rows = 3 * parts.across
     if not rows:
@@ -120,16 +120,16 @@ def with_across(model, before, after, bearing, around, dt):
 
 def pulling_stages(face):
     """Return the stages of the velocity of each phase of a cell along an axis, of what pushes it there, per length, and of the
-    mass that bears the push.
+    mass that takes the push.
 
-    Sweeps along the other axis look at them, see `surroundings`.
+    Sweeps along the other axis read them, see `surroundings`.
     """
     return (Stage(pushes, face, ("push", "bearing")),
             Stage(pulls, {"q": Read("q"), "push": Read("push", 0, 1), "bearing": Read("bearing", 0, 1)}, (PULLS,)))
 
 
 def pushes(parts, ratio, ql, qr, auxl, auxr):
-    """Return the push of a face on each phase, less what its masses take along, and the masses that bear it."""
+    """Return the push of a face on each phase, less the momentum of its mass flux, and the masses that take it."""
     whole = parts.model.jump(ql, qr, auxl, auxr)
     before, speeds = on_face(parts.model, ql, qr, auxl, auxr)
     phases = parts.model.phases
@@ -209,7 +209,7 @@ def without_held(model, whole, jump, waves):
 def for_cells(model, ql, qr, whole, jump):
     """Return the jump that the cells of a face get: nothing of the push of a phase that is held at rest, else the whole of it.
 
-    What the waves do not carry of it stands at the face and goes to the cells in halves.
+    The part that the waves do not carry stays at the face, and each cell gets half of it.
     """
     if jump is whole:
         return whole

@@ -17,7 +17,7 @@ ROUNDING = 1e-8
 #: Corrections are gone where speeds between both sides leave those of both sides by one over this share of the largest.
 COMPOSITE = 20.0
 
-#: The fields of what a face sends to both sides.
+#: The fields with the fluctuations of a face to both sides.
 BOTH = ("left_going", "right_going")
 
 
@@ -83,7 +83,7 @@ def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left_going, righ
 
 
 def composite(model):
-    """Whether one wave of the model may stand for fan and shock in one: a scalar law that is not convex."""
+    """Whether one wave of the model may be fan and shock in one (composite wave): a scalar law that is not convex."""
     return len(model.conserved) == 1 and looks_between(model)
 
 

@@ -15,7 +15,7 @@ from fvkit.schemes.stages.driven import Net, Restrained, for_cells, jumps, witho
 def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
     """Resolve the jump of a face, less what sources take of it, into waves; see `fvkit.schemes.stages.driven`.
 
-    The masses that bear the push are those ``later``, a share of the step.
+    The masses that take the push are those after ``later``, a fraction of the step.
     """
     whole, net, bearing = jumps(parts, ratio, ql, qr, auxl, auxr)
     held = not all(source.between_phases for source in parts.joint)

@@ -40,7 +40,7 @@ _FRONT = ("strength", "crossing", "front_left", "front_right")
 
 
 def finding(model):
-    """Return the stages that find the shocks: ``marked`` says of a cell whether it holds one."""
+    """Return the stages that find the shocks: ``marked`` is true in cells with a shock."""
     none = (0.0,) * len(model.conserved)
 
     def empty(parts, ratio):
@@ -84,7 +84,7 @@ def measured(model):
 # ---------------------------------------------------------------------- which cells
 
 def contrast(parts, ratio, q, aux):
-    """Return the change of depth from the cell before to the cell after, less what is equilibrium."""
+    """Return the change of depth from the cell before to the cell after, beyond that of an equilibrium."""
     return {"contrast": size(parts.model, parts.model.balanced_difference(q[0], q[2], aux[0], aux[2]))}
 
 

@@ -1,6 +1,6 @@
 """Passengers of a sweep: the momenta across, which the mass flux of their own phase carries.
 
-With u the velocity across, F the mass flux of a face as it stands at last, after window, fallback and walls,
+With u the velocity across, F the final mass flux of a face, after bounds, fallback and walls,
 
     R = F (u_up + s),   s = +/- 1/2 (1 - nu) phi(theta) (u_R - u_L),   nu = dt/dx |F| / m_up,   s = 0 at first order.
 
@@ -8,7 +8,7 @@ Seen in the mass coordinate the cell holds a line in u; what leaves takes its sh
 So no velocity leaves the range of its neighbours, for any data and Courant numbers up to 1, and momentum is conserved. Derived
 here.
 
-Behind strong jumps that stand along a line of the grid momenta across grow from rounding (the carbuncle). A viscosity E on
+Behind strong jumps along a grid line the momenta across grow from rounding (the carbuncle). A viscosity E on
 passengers alone, where the other axis has such a jump, removes it:
 
     R -= E (u_R - u_L),   E = min(eta min(m_L, m_R)/2, half of what the window leaves beside F),

@@ -1,4 +1,4 @@
-"""Masses that stay non-negative: a window for what a face may carry, and a fallback at faces next to dry ground.
+"""Positivity: bounds of the mass flux of a face, and a fallback at faces next to dry ground.
 
 A face may take from a cell at most what keeps its half of the mass: with F the mass flux, f the physical one,
 

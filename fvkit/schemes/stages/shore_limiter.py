@@ -27,7 +27,7 @@ RARE = 1e-6
 def rules(model, states, given, left, right, lifts):
     """Return pairs of a condition and the share that the cell may keep where it holds; ``left`` and ``right`` are deviations.
 
-    The conditions need no division, so that a scheme may ask them of every cell.
+    The conditions need no division, so that they are cheap enough for every cell.
     """
     found = [*contrasts(model, states), *depths(model, states, left, right)]
     low, high = wave_speeds(model, states[len(states) // 2], given[len(given) // 2])

@@ -27,10 +27,10 @@ from fvkit_granular.exact.two_phase.integral_curves import IntegralCurve, integr
 from fvkit_granular.exact.two_phase.self_similar import evaluate
 
 _CAUSES = {
-    "inflection": "field {k} loses genuine nonlinearity there (grad l . r = 0); ask for a narrower fan",
-    "complex": "the system loses hyperbolicity there (complex inner pair); ask for a narrower fan or less slip vs - vf",
-    "empty": "a phase runs out there; ask for a narrower fan",
-    "strength": "the curve does not reach that speed; ask for a narrower fan",
+    "inflection": "field {k} loses genuine nonlinearity there (grad l . r = 0); choose a narrower fan",
+    "complex": "the system loses hyperbolicity there (complex inner pair); choose a narrower fan or less slip vs - vf",
+    "empty": "a phase runs out there; choose a narrower fan",
+    "strength": "the curve does not reach that speed; choose a narrower fan",
 }
 
 

@@ -31,7 +31,7 @@ Pieces = tuple[Piece, ...]
 
 
 class Curves:
-    """Wave curves from both sides, each wave remembered: a difference Jacobian asks for the same ones again."""
+    """Wave curves from both sides, each wave cached: a difference Jacobian needs the same ones again."""
 
     def __init__(self, curves: WaveCurve) -> None:
         self.g, self.gamma = curves.g, curves.gamma

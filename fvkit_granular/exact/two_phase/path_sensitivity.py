@@ -51,7 +51,7 @@ def path_sensitivity(left: Sequence[float], right: Sequence[float], g: float = 9
 
 
 def _line(family: str, shock: dict[str, Any]) -> str:
-    """What is said of one shock."""
+    """Sentence about one shock."""
     others = ", ".join(f"{speed:.4f} ({path})" for path, speed in shock["speeds"].items() if path != REASONABLE[0])
     share = "" if shock["percent"] is None else f", a spread of {shock['percent']:.1f} %"
     return f"internal {family}-shock at {shock['speeds'][REASONABLE[0]]:.4f} m/s ({REASONABLE[0]}), {others}{share}"

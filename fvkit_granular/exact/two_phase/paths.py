@@ -5,7 +5,7 @@ sides (that of hf d(hs) follows by parts). Relative to the straight segment the 
 
     delta = integral of hs d(hf) - (mean of hs) (jump of hf),
 
-the signed area between path and chord. The Roe matrix stands for the segment in (hs, hf): delta = 0.
+the signed area between path and chord. The Roe matrix belongs to the segment in (hs, hf): delta = 0.
 Which path is right is a modelling choice that the model itself leaves open.
 """
 

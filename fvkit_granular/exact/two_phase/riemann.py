@@ -72,7 +72,7 @@ class TwoPhaseRiemann:
     states : the five constant states around them, `TwoPhaseState`.
     path : name of the path across shocks.
     g, gamma : gravity, m/s^2, and density ratio fluid/solid.
-    mismatch : what the wave curves miss each other by in the middle, relative to h and sqrt(g h).
+    mismatch : distance of the wave curves in the middle, relative to h and sqrt(g h).
     kind : ``"semi-exact"``.
     """
 
@@ -118,7 +118,7 @@ def two_phase_riemann(
     left, right : (h, phi, vs, vf), h > 0 in m, phi in (0, 1), velocities in m/s.
     g, gamma : gravity, m/s^2, and density ratio in (0, 1).
     path : the path across shocks in the (hs, hf) plane: a segment in ``"depths"`` (hs, hf: the one that
-        the Roe matrix stands for), ``"h-phi"``, ``"sqrt"``, ``"log"`` or ``"square"`` of the depths.
+        the Roe matrix belongs to), ``"h-phi"``, ``"sqrt"``, ``"log"`` or ``"square"`` of the depths.
 
     Returns
     -------

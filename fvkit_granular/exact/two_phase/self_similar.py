@@ -35,7 +35,7 @@ Piece = IntegralCurve | Jump
 
 
 def evaluate(left: TwoPhaseState, pieces: Sequence[Piece], xi: ArrayLike) -> dict[str, FloatArray]:
-    """Return ``h``, ``phi``, ``vs``, ``vf`` at xi = x/t (any shape); ``pieces`` stand in order of speed."""
+    """Return ``h``, ``phi``, ``vs``, ``vf`` at xi = x/t (any shape); ``pieces`` are in order of speed."""
     speeds = np.asarray(xi, dtype=float)
     flat = speeds.ravel()
     rows = np.repeat(np.array(left)[:, None], flat.size, axis=1)

@@ -26,7 +26,7 @@ SAME_SPEED = 1e-10
 class WaveCurve:
     """The forward wave curves (left state given) of one choice of path and parameters.
 
-    ``mirrored`` says that the x axis is turned round, for messages: they name the true field and velocities.
+    With ``mirrored`` the x axis is reversed; messages name the true field and velocities.
     """
 
     path: str

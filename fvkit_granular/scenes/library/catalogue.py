@@ -17,7 +17,14 @@ from fvkit_granular.scenes.scene import Scene
 
 
 def scene_names() -> tuple[str, ...]:
-    """Names of the built-in scenes."""
+    """Names of the built-in scenes.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> gr.scene_names()[:3]
+    ('riemann', 'dam-break-phi', 'phi-jump')
+    """
     return tuple(_SCENES)
 
 
@@ -32,6 +39,12 @@ def scene(name: str) -> Scene:
     ------
     ValueError
         For an unknown name, with the list and the nearest match.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> gr.scene("dam-break").interval
+    (-5.0, 5.0)
     """
     return scene_factory(name)()
 

@@ -1,6 +1,6 @@
 """Built-in scenes that set models apart: smooth slip over a bottom, Pitman and Le's fluid momentum, two layers of water.
 
-A scene has no model of its own: the two-layer ones say in their description that they are meant for `TwoLayer`, with phi
+A scene has no model: the descriptions of the two-layer ones name `TwoLayer`, with phi
 the share of the lower layer, vs its velocity, and vf that of the upper one.
 """
 

@@ -1,4 +1,4 @@
-"""Scenes from TOML files: data alone, nothing in a file is evaluated."""
+"""Scenes from TOML files: data only, nothing in a file is evaluated."""
 
 from collections.abc import Callable
 from functools import partial
@@ -28,9 +28,9 @@ from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voell
 from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.terrain import Terrain
 
-#: How the name of a scene file ends, and what commands say about their argument.
+#: Extension of scene files, and the help of the argument SCENE.
 SUFFIX = ".toml"
-SCENE_HELP = "name of a built-in scene, see fvkit scenes, or a scene file that ends in .toml"
+SCENE_HELP = "built-in scene (fvkit scenes lists them) or scene file (.toml)"
 
 #: Samples of the package by name: scene files with all that they read.
 SAMPLES = {f"sample-{path.parent.name}": path

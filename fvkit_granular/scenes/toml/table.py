@@ -23,7 +23,7 @@ class TomlError(ValueError):
 
 @attrs.frozen(eq=False)
 class Table:
-    """A table of a TOML file, and where it stands.
+    """A table of a TOML file, with its place in the file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Scenes as TOML: what `load_scene` reads, to the bit."""
+"""Scenes as TOML text for `load_scene`, to the bit."""
 
 import re
 from collections.abc import Mapping
@@ -30,7 +30,13 @@ def scene_text(scene: Scene) -> str:
     Raises
     ------
     ValueError
-        For what no file can say: functions and parts of one's own.
+        For values that no file can contain: functions and user-defined parts.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> print(gr.scene_text(gr.scene("dam-break")).splitlines()[0])
+    name = "dam-break"
     """
     instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     lines = [f"{key} = {_value(value)}" for key, value in (

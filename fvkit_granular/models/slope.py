@@ -1,4 +1,4 @@
-"""How steep the ground is, and what that costs: gravity of the mild-slope equations on a slope.
+"""Slope of the ground, and the error of gravity in the mild-slope equations on it.
 
 All models drive a layer by g b_x along x, depth measured upwards. Along a slope of angle theta a body is driven by
 g sin(theta), which is g sin(theta) cos(theta) = g b_x/(1 + b_x^2) along x: the equations are too strong by the factor
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fvkit import Problem
+from fvkit import Problem, validation
 from fvkit.problem.directions import observables
 from fvkit.problem.fields import on_grid
 from fvkit.problem.model import aux_rows
@@ -27,12 +27,12 @@ STEEP = 10.0
 #: Observables whose size is a speed.
 SPEEDS = ("v", "vs", "vf", "speed", "speed_s", "speed_f")
 
-#: Times at which ends and sources that change are asked for what they bring.
+#: Number of times at which ends and sources that change in time are evaluated.
 INSTANTS = 17
 
 
 class SteepSlopeWarning(UserWarning):
-    """The ground is steeper than the mild-slope equations are made for."""
+    """Warning: the ground is steeper than the range of the mild-slope equations, 15 degrees."""
 
 
 def steepest(b: Any, dx: Any, wet: Any) -> float:
@@ -72,7 +72,7 @@ def within_reach(problem: Problem, g: float) -> float:
 
     Parameters
     ----------
-    problem : the problem; conditions and sources that change are asked at `INSTANTS` times, and where they have breaks.
+    problem : the problem; conditions and sources that change in time are evaluated at `INSTANTS` times and at their breaks.
     g : gravity, m/s^2.
     """
     aux, grid = problem.aux_averages, problem.grid
@@ -132,7 +132,7 @@ def _fed(problem: Problem, t: float) -> float:
 
 
 def sentence(slope: float) -> str:
-    """Return what is to be said of a slope: its angle, and the error of the driving force."""
+    """Return the sentence about a slope: its angle, and the error of the driving force."""
     return (f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees: there the driving force of the mild-slope equations is "
             f"too large by {float(f'{100.0 * slope * slope:.2g}'):.15g} %")
 
@@ -143,7 +143,7 @@ def steep_equations(model: Any) -> bool:
 
 
 def said_of(slope: float, model: Any) -> str:
-    """Return what is to be said of a slope where a model was run: its angle, and the equations or their error."""
+    """Return the sentence about a slope for a model: its angle, and the equations or their error."""
     if steep_equations(model):
         return f"steepest slope {np.degrees(np.arctan(slope)):.3g} degrees: computed with the equations for steep ground"
     return sentence(slope)
@@ -159,8 +159,9 @@ def needs_steep(slope: float) -> bool:
     return bool(slope > np.tan(np.radians(STEEP)))
 
 
-def warn_of_steep_ground(slope: float) -> None:
-    """Warn where a flow with the mild-slope equations may reach a slope above `MILD` degrees."""
-    if is_steep(slope):
+def warn_of_steep_ground(problem: Problem, g: float) -> None:
+    """Warn where a flow with the mild-slope equations may reach a slope above `MILD` degrees, see `within_reach`."""
+    b, dx = problem.aux_averages["b"], [axis.dx for axis in problem.grid.axes]
+    if is_steep(steepest(b, dx, np.full(b.shape, True))) and is_steep(slope := within_reach(problem, g)):
         warnings.warn(f"{sentence(slope)}, by b_x^2; they are made for slopes up to {MILD:g} degrees, and here speed and runout "
-                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=3)
+                      "come out too large: take slope=\"steep\"", SteepSlopeWarning, stacklevel=validation.users_line())
