@@ -11,6 +11,7 @@ import numpy as np
 from fvkit.backends.kernel import as_slice, ghosts_and_seen, imposed
 from fvkit.backends.plan import Plan, plan
 from fvkit.backends.python_loop import Report
+from fvkit.problem.grid import Side
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
 from fvkit.schemes.scheme import Parts, Scheme
@@ -58,8 +59,8 @@ class Sweep(ABC):
         self.aside = list(self.direction.across + self.direction.still)
         self.plan = widened(plan(scheme.stages(parts)), halo)
         self.pulling = widened(plan(pulling_stages(FACE)), halo) if parts.joint else None
-        self.borders = tuple(tuple(self._border(section, side == 0) for section in given)
-                             for side, given in enumerate(problem.sides[number]))
+        self.borders = tuple(tuple(self._border(section, Side(number, upper)) for section in given)
+                             for upper, given in zip((False, True), problem.sides[number], strict=True))
         self.periodic = problem.sides[number][0][0].first.reads == "opposite"
         self.values: list[list[Any]] = []
 
@@ -71,9 +72,9 @@ class Sweep(ABC):
         """Whether it is known, without a look, that nothing has ever stood where the ghost cells of a side look."""
         return False
 
-    def _border(self, section: Section, left: bool) -> Border:
-        ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
-        count = np.arange(self.halo, 0, -1.0) if left else np.arange(1.0, self.halo + 1.0)
+    def _border(self, section: Section, side: Side) -> Border:
+        ghosts, seen = ghosts_and_seen(section.first.reads, side, self.halo, self.axis.num_cells)
+        count = np.arange(1.0, self.halo + 1.0) if side.upper else np.arange(self.halo, 0, -1.0)
         kept = section.values(self.model, self.problem.t_start) if section.steady else None
         quiet = kept is not None and self._quiet(section, kept)
         return Border(section, as_slice(ghosts), as_slice(seen), count[:, None], kept, quiet)
