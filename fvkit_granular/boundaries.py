@@ -11,6 +11,7 @@ from fvkit import BoundaryCondition, Grid, Model, maximum, minimum, validation, 
 from fvkit.pointwise import combine
 from fvkit.problem.boundary import Continued, Given, beyond, slope_beyond
 from fvkit.problem.grid import Axis
+from fvkit.problem.slopes import end_slope
 from fvkit_granular.csv_table import read_columns
 from fvkit_granular.models.beyond_the_end import falling_share, gravity, mean_speed
 from fvkit_granular.models.quantities import critical_depth
@@ -246,7 +247,8 @@ class UniformSlope(BoundaryCondition):
 
     Parameters
     ----------
-    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for the median of the last five
+        steps from cell to cell.
 
     Examples
     --------
@@ -263,7 +265,7 @@ class UniformSlope(BoundaryCondition):
     """
 
     slope: float | None = attrs.field(default=None, converter=attrs.converters.optional(
-        lambda value: slope_beyond(value, "None: that of the last two cells")))
+        lambda value: slope_beyond(value, "None: that of the last cells")))
 
     def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
         if "b" not in model.aux:
@@ -272,8 +274,7 @@ class UniformSlope(BoundaryCondition):
             return self
         if grid.num_cells < 2:
             raise ValueError("UniformSlope needs two cells to see the slope of the bottom: give `slope`")
-        near, next_to_it = (aux["b"][0], aux["b"][1]) if left else (aux["b"][-1], aux["b"][-2])
-        return attrs.evolve(self, slope=float(next_to_it - near) / grid.dx)
+        return attrs.evolve(self, slope=end_slope(aux["b"], left) / grid.dx)
 
     def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
         result = np.array(aux)

@@ -6,20 +6,14 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit.backends.march import MICRO, March, Outcome
+from fvkit.backends.march import March, Outcome
 from fvkit.backends.numpy_stages import Runner
 from fvkit.backends.plan import Plan, plan
-from fvkit.pointwise import maximum
 from fvkit.problem import fields
 from fvkit.problem.boundary import BoundaryCondition
 from fvkit.problem.model import Model, aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import NET, Parts, Scheme
-
-
-def deepness(model: Any, ql: Any, qr: Any) -> Any:
-    """Depth of a face that is lost: of its deeper side, in micrometres; None for a model without a depth."""
-    return MICRO * maximum(model.depth(ql), model.depth(qr)) if callable(getattr(model, "depth", None)) else None
 
 
 class Kernel(ABC):

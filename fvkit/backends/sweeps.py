@@ -10,7 +10,7 @@ import numpy as np
 
 from fvkit.backends.kernel import as_slice, ghosts_and_seen, imposed
 from fvkit.backends.plan import Plan, plan
-from fvkit.backends.python_loop import Lost
+from fvkit.backends.python_loop import Report
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
 from fvkit.schemes.scheme import Parts, Scheme
@@ -19,24 +19,6 @@ from fvkit.schemes.wave_propagation import FACE
 
 #: Where a sweep stands in a step: only the second sees what the faces of the first squeeze; the last leaves a settled state.
 FIRST, SECOND, LAST = range(3)
-
-
-class Report(NamedTuple):
-    """What a sweep reports.
-
-    Attributes
-    ----------
-    speed : largest speed at any face, NaN if any is.
-    flux : (2, masses) mass fluxes through both sides, summed over the cells along them.
-    bad : whether a state of the last sweep of a step may not be accepted, where the sweep `settles`.
-    lost, lost_cell : faces that lost hyperbolicity, and the number of the cell behind the first of them.
-    """
-
-    speed: float
-    flux: np.ndarray
-    lost: Lost = Lost()
-    lost_cell: int = -1
-    bad: bool = False
 
 
 class Border(NamedTuple):

@@ -3,13 +3,14 @@
 import os
 import tempfile
 from base64 import b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import attrs
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from fvkit import validation
 from fvkit.output.plots import drawing, enlarged
@@ -49,27 +50,38 @@ def animate(solution: Results, path: str | Path, kind: str | None = None, fps: i
     ValueError
         For another file extension, or for .mp4 without ffmpeg.
     """
-    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
-
     draw = partial(drawing(solution, kind), **{**enlarged(solution, kind, **options), **options})
-    rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
+    target = checked_film(path)
     axes = ax if ax is not None else draw(solution, None, 0)
     figure = None if axes.figure is None else axes.figure.figure  # the top-level figure, also for axes in a subfigure
     if figure is None:
         raise ValueError("`ax` must be in a figure")
     limits = _limits(solution, draw)
+
+    def frames() -> Iterator[None]:
+        for i in range(len(solution.t)):
+            _clear(axes)
+            draw(solution, axes, i)
+            colours = _coloured(axes)
+            if colours is None:
+                axes.set_ylim(*limits)
+            else:
+                colours.set_clim(*limits)
+            yield
+
+    return write_film(target, figure, frames(), fps)
+
+
+def write_film(path: str | Path, figure: Figure, frames: Iterable[None], fps: int = 12) -> Film:
+    """Write an animation of a figure, which ``frames`` has drawn anew whenever it gives an item; see `animate`."""
+    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+
+    rate, target = validation.whole(fps, "fps", at_least=1), checked_film(path)
     writer: AbstractMovieWriter = FFMpegWriter(fps=rate) if target.suffix == ".mp4" else PillowWriter(fps=rate)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         whole = Path(folder) / target.name
         with writer.saving(figure, str(whole), dpi=100):
-            for i in range(len(solution.t)):
-                _clear(axes)
-                draw(solution, axes, i)
-                colours = _coloured(axes)
-                if colours is None:
-                    axes.set_ylim(*limits)
-                else:
-                    colours.set_clim(*limits)
+            for _ in frames:
                 writer.grab_frame()
         os.replace(whole, target)
     return Film(target)

@@ -16,7 +16,7 @@ from fvkit.problem import answers
 from fvkit.problem.grid import Axis, Grid
 from fvkit.problem.model import Model
 from fvkit.problem.questions import BOUNDARY
-from fvkit.problem.slopes import end_step, resolved_steps
+from fvkit.problem.slopes import end_slope, end_step, resolved_steps
 
 
 @attrs.frozen
@@ -170,7 +170,8 @@ def beyond(end, model, q, values):
 class Outflow(Continued):
     """Open end: the flow continues as in the last cell, a lake at its level, a river at its depth (models with ``beyond``).
 
-    Ground that falls outwards continues to fall; ground that rises continues level, so that no river runs in from above.
+    Ground that falls outwards continues to fall, at the median of its last five steps; ground that rises continues level, so that
+    no river runs in from above.
     Keeps rest over any bottom; reflects a little when a shock leaves.
 
     Examples
@@ -184,7 +185,7 @@ class Outflow(Continued):
     """
 
     def goes_on(self, values: np.ndarray, left: bool) -> float:
-        return max(end_step(values, left), 0.0)
+        return max(end_slope(values, left), 0.0) if len(values) > 1 else 0.0
 
     def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> Any:
         if self.slope is None and isinstance(grid, Grid) and model.defines("beyond"):
@@ -196,22 +197,22 @@ class Outflow(Continued):
         return beyond(self, model, q, values)
 
 
-#: Cells at an end over which its ground has a mean slope; its last step has lost that slope below this share of it.
+#: Cells at an end over which its ground has a mean slope; its last five steps have lost that slope below this share of it.
 REACH, LOST = 10, 0.25
 
 
 def _warn_of_rough_end(name: str, values: np.ndarray, dx: float) -> None:
-    """Warn where the last step of the ground, that of ``values[0]``, goes on neither at the slope of its reach nor smoothly."""
+    """Warn where the last steps of the ground, from ``values[0]`` on, have lost the slope of its reach, but not smoothly."""
     steps = np.diff(values[:REACH])  # positive where the ground falls outwards
     if len(steps) < REACH - 1:
         return
     place = np.arange(REACH) - 0.5 * (REACH - 1)
     fall = float(place @ values[:REACH] / (place @ place))
     scatter = np.abs(values[:REACH] - values[:REACH].mean() - fall * place).max()
-    bend = abs(steps[0] - 2.0 * steps[1] + steps[2])
-    if REACH * fall > 2.0 * scatter and end_step(values, left=True) < LOST * fall and bend > fall:
-        warnings.warn(f"Outflow: `{name}` falls by {fall:.3g} per cell over the last {REACH} cells, but by {steps[0]:.3g} in the "
-                      "last one, and goes on from that beyond the end: subcritical flow piles up there. Give the slope beyond "
+    bend, last = np.abs(np.diff(steps[:6], 2)).max(), end_slope(values, left=True)
+    if REACH * fall > 2.0 * scatter and last < LOST * fall and bend > fall:
+        warnings.warn(f"Outflow: `{name}` falls by {fall:.3g} per cell over the last {REACH} cells, but by {last:.3g} over the "
+                      "last five, and goes on from that beyond the end: subcritical flow piles up there. Give the slope beyond "
                       f"the end, fv.Outflow(slope={fall / dx:.3g}), gr.FixedLevel, or smooth the last cells",
                       UserWarning, stacklevel=2)
 

@@ -24,3 +24,8 @@ def end_step(values: np.ndarray, left: bool) -> float:
         return 0.0
     (step,) = least((near[1] - near[0],), (2.0 * (near[2] - near[1]),))
     return float(step)
+
+
+def end_slope(values: np.ndarray, left: bool) -> float:
+    """Return how much the ground falls outwards at an end, per cell: the median of the last five steps."""
+    return float(np.median(np.diff(values[:6] if left else values[:-7:-1])))

@@ -143,7 +143,12 @@ def _write_beside(folder: Path, solution: Solution, options: argparse.Namespace,
     if options.animate is not None:
         film = folder / checked_film(options.animate)
         film.parent.mkdir(parents=True, exist_ok=True)
-        solution.animate(film, PROFILE if axes == 1 else "map")
+        if recorded is not None and on_terrain(recorded.scene):
+            from fvkit_granular.terrain.maps import film_map
+
+            film_map(solution, recorded.scene.terrain, film, recorded.scene.release)
+        else:
+            solution.animate(film, PROFILE if axes == 1 else "map")
     return "" if recorded is None else recorded.write(folder, solution, balance)
 
 

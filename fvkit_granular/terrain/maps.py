@@ -1,5 +1,7 @@
 """Maps of terrains: results over shaded relief, with contour lines, release, scale bar and north (`draw_map`)."""
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,8 +10,9 @@ from matplotlib.colors import LightSource
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
-from fvkit import validation
+from fvkit import Solution, validation
 from fvkit.output.figures import new_axes
+from fvkit.output.films import Film, write_film
 from fvkit_granular.terrain.release import Release
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -90,7 +93,39 @@ def lay_over(target: Axes, terrain: Terrain, values: Any, label: str, above: flo
     image = target.imshow(seen, cmap="viridis_r", vmin=above, vmax=highest, extent=(x.lower, x.upper, y.lower, y.upper),
                           origin="lower", interpolation="none", alpha=0.85)
     return target.figure.colorbar(image, ax=target, label=label, shrink=0.7,
-                                         extend="max" if highest is not None and seen.max() > highest else "neither")
+                                  extend="max" if highest is not None and seen.max() > highest else "neither")
+
+
+def film_map(solution: Solution, terrain: Terrain, path: str | Path, release: Release | None = None, above: float = 0.01,
+             fps: int = 12) -> Film:
+    """Write an animation of the depth over the shaded relief of a terrain, one frame per output; see `draw_map`.
+
+    Parameters
+    ----------
+    solution : a run on the grid of the terrain.
+    terrain, release, above : see `draw_map`; ``above`` in m.
+    path : a .gif, or with ffmpeg an .mp4 file.
+    fps : frames per second.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the grids differ, or an argument is of another kind.
+    """
+    if solution.grid != terrain.grid:
+        raise ValueError(f"`solution` must be on the grid of the terrain, {terrain.grid}, got {solution.grid}")
+    depths = [solution.observables(i)["h"] for i in range(len(solution.t))]
+    relief, deepest = draw_map(terrain, release=release), max(float(h.max()) for h in depths)
+
+    def frames() -> Iterator[None]:
+        for t, h in zip(solution.t, depths, strict=True):
+            bar = lay_over(relief, terrain, h, "depth, m", above, max(deepest, above))
+            relief.set_title(f"t = {t:.4g} s", fontsize=9)
+            yield
+            bar.remove()
+            bar.mappable.remove()
+
+    return write_film(path, relief.figure.figure, frames(), fps)
 
 
 def _shade(terrain: Terrain) -> np.ma.MaskedArray:

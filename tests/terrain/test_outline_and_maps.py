@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
+from PIL import Image
 
 import fvkit as fv
 import fvkit_granular as gr
+from fvkit_granular.terrain.maps import film_map
 from tests.terrain.rasters import LAMBERT, ramp
 
 OUTLINE = {"type": "Polygon", "coordinates": [[[1007.0, 2005.0], [1025.0, 2005.0], [1025.0, 2020.0], [1007.0, 2020.0], [1007.0, 2005.0]]]}
@@ -85,6 +87,20 @@ def test_a_map_shows_ground_results_release_and_scale(tmp_path):
     axes.figure.savefig(tmp_path / "map.png")
     alone = gr.draw_map(ramp(), ax=Figure().subplots())
     assert len(alone.get_images()) == 1
+
+
+def test_a_film_of_a_terrain_shows_every_output_over_its_relief(tmp_path):
+    terrain = ramp(nx=20, ny=15)
+    scene = gr.Scene(terrain=terrain, release=gr.read_release(OUTLINE, terrain, 1.0, 0.5), t_end=4.0)
+    solution = fv.solve(scene.problem(gr.ShallowWater), times=[1.0, 2.0, 3.0, 4.0], backend="numpy")
+    film = film_map(solution, terrain, tmp_path / "film.gif", scene.release)
+    with Image.open(film) as frames:
+        assert frames.n_frames == len(solution.t) == 5
+        first = np.array(frames.convert("RGB"))
+        frames.seek(4)
+        assert (np.array(frames.convert("RGB")) != first).mean() > 0.005
+    with pytest.raises(ValueError, match="`solution` must be on the grid of the terrain"):
+        film_map(solution, ramp(), tmp_path / "other.gif")
 
 
 def test_the_side_towards_the_sun_is_the_brighter_one():
