@@ -20,6 +20,7 @@ import numpy as np
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.output.figures import COLORS, new_axes
+from fvkit.studies.tables import filled
 
 NAMES = ("riemann", "dam-break-phi", "phi-jump")
 SCENES = {name: gr.scene(name) for name in NAMES}
@@ -98,7 +99,7 @@ def main(folder: Path, cells: list[int]) -> None:
             if scene is SCENES["dam-break-phi"]:
                 error.loglog(cells, [worst for worst, _ in measured], color=color, marker="o", markersize=4, label=label)
                 profile.plot(solutions[-1].grid.centers, solutions[-1].q[-1][0], color=color, label=label)
-        print(scene.known_reference().path_sensitivity()["text"] + "\n")
+        print(filled(scene.known_reference().path_sensitivity()["text"]) + "\n")
     scene = SCENES["dam-break-phi"]
     exact, x = semi_exact(scene), np.linspace(-0.5, 2.0, 1001)
     seen = exact.at(x, scene.t_end)

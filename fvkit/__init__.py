@@ -19,9 +19,10 @@ from fvkit.output.solution import Solution
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
 from fvkit.pointwise import maximum, minimum, rarely, where
 from fvkit.pointwise.contract import PointwiseError
-from fvkit.problem.boundary import BoundaryCondition, Inflow, Outflow, Periodic, Wall
+from fvkit.problem.boundary import BoundaryCondition, Periodic, Wall
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model, Phase
+from fvkit.problem.open_ends import Inflow, Outflow
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Along
 from fvkit.problem.sources import Forcing, Source

@@ -265,7 +265,7 @@ def cores() -> int:
 def users_line() -> int:
     """Return the ``stacklevel`` of a warning that points to the first caller outside of fvkit and its plug-ins."""
     frame, level = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_globals.get("__name__", "fvkit").startswith("fvkit"):
+    while frame.f_back is not None and frame.f_globals.get("__name__", "fvkit").startswith(("fvkit", "attr")):
         frame, level = frame.f_back, level + 1
     return level
 

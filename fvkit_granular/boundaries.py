@@ -9,8 +9,8 @@ import numpy as np
 
 from fvkit import BoundaryCondition, Grid, Model, maximum, minimum, validation, where
 from fvkit.pointwise import combine
-from fvkit.problem.boundary import Continued, Given, beyond, slope_beyond
-from fvkit.problem.grid import Axis
+from fvkit.problem.grid import Axis, Side
+from fvkit.problem.open_ends import Continued, Given, beyond, slope_beyond
 from fvkit.problem.slopes import end_slope
 from fvkit_granular.csv_table import read_columns
 from fvkit_granular.models.beyond_the_end import falling_share, gravity, mean_speed
@@ -124,9 +124,9 @@ class Hydrograph(Continued):
     def breaks(self) -> tuple[float, ...]:
         return () if self.steady else self.times
 
-    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
-        result = super().placed(left, model, grid, aux)
-        object.__setattr__(result, "inward", 1.0 if left else -1.0)
+    def placed(self, side: Side, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "Hydrograph":
+        result = super().placed(side, model, grid, aux)
+        object.__setattr__(result, "inward", -side.outwards)
         return result
 
     def at(self, t: float) -> tuple[float, float]:
@@ -203,10 +203,10 @@ class FixedLevel(Continued):
     def breaks(self) -> tuple[float, ...]:
         return () if self.steady or callable(self.level) else self.times
 
-    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "FixedLevel":
-        result = super().placed(left, model, grid, aux)
-        object.__setattr__(result, "bottom", float(aux["b"][0 if left else -1]) if "b" in aux else 0.0)
-        object.__setattr__(result, "inward", 1.0 if left else -1.0)
+    def placed(self, side: Side, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "FixedLevel":
+        result = super().placed(side, model, grid, aux)
+        object.__setattr__(result, "bottom", float(side.inwards(aux["b"])[0]) if "b" in aux else 0.0)
+        object.__setattr__(result, "inward", -side.outwards)
         return result
 
     def at(self, t: float) -> float:
@@ -267,14 +267,14 @@ class UniformSlope(BoundaryCondition):
     slope: float | None = attrs.field(default=None, converter=attrs.converters.optional(
         lambda value: slope_beyond(value, "None: that of the last cells")))
 
-    def placed(self, left: bool, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
+    def placed(self, side: Side, model: Model, grid: Grid | Axis, aux: Mapping[str, np.ndarray]) -> "UniformSlope":
         if "b" not in model.aux:
             raise ValueError(f"UniformSlope needs a model with a bottom `b`, such as gr.TwoPhase, got {type(model).__name__}")
         if self.slope is not None:
             return self
         if grid.num_cells < 2:
             raise ValueError("UniformSlope needs two cells to see the slope of the bottom: give `slope`")
-        return attrs.evolve(self, slope=end_slope(aux["b"], left) / grid.dx)
+        return attrs.evolve(self, slope=end_slope(side.inwards(aux["b"])) / grid.dx)
 
     def ghost_aux(self, model: Model, aux: np.ndarray, distance: np.ndarray) -> np.ndarray:
         result = np.array(aux)

@@ -4,12 +4,12 @@ import os
 from typing import Any
 
 from fvkit import validation
-from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, StagedNumbaKernel, available, switched_off
+from fvkit.backends.compiled.numba_kernel import SWITCH, NumbaKernel, available, switched_off
 from fvkit.backends.compiled.numba_sweeps import NumbaPlaneKernel
 from fvkit.backends.compiled.threads import SMALLEST, ThreadedKernel
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.march import March, Outcome
-from fvkit.backends.numpy_kernel import NumpyKernel, StagedNumpyKernel
+from fvkit.backends.numpy_kernel import NumpyKernel
 from fvkit.backends.numpy_sweeps import NumpyPlaneKernel
 from fvkit.pointwise.tracing import Untraceable
 from fvkit.problem.problem import Problem
@@ -38,8 +38,7 @@ def array_kernel(problem: Problem, scheme: Scheme, every: tuple[Parts, ...]) -> 
     """Return the NumPy kernel that fits a problem and a scheme."""
     if len(every) > 1:
         return NumpyPlaneKernel(problem, scheme, every)
-    (parts,) = every
-    return (NumpyKernel if scheme.time_integrator is None else StagedNumpyKernel)(problem, scheme, parts)
+    return NumpyKernel(problem, scheme, every[0])
 
 
 def backend_for(riemann: RiemannSolver, backend: str) -> str:
@@ -55,7 +54,7 @@ def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: s
     """Return a number of threads; ``"all"`` means the cores of this process where threads pay, else one."""
     if threads != "all":
         return validation.whole(threads, "threads", at_least=1, hint='or "all"')
-    pays = problem.grid.size >= SMALLEST and scheme.time_integrator is None and scheme.riemann.compilable and available()
+    pays = problem.grid.size >= SMALLEST and not scheme.program.registers and scheme.riemann.compilable and available()
     return validation.cores() if pays and backend_for(scheme.riemann, backend) != "numpy" else 1
 
 
@@ -83,9 +82,8 @@ def make_kernel(backend: str, problem: Problem, scheme: Scheme, every: tuple[Par
                          "backend='numpy'")
     if len(every) > 1:
         return NumbaPlaneKernel(problem, scheme, every, threads)
-    staged = scheme.time_integrator is not None
-    if staged and threads > 1:
+    if threads > 1 and scheme.program.registers:
         raise ValueError(f"`threads` serve WavePropagation, got {threads} threads with {type(scheme).__name__}: use threads=1")
     if threads > 1:
         return ThreadedKernel(problem, scheme, parts, threads)
-    return (StagedNumbaKernel if staged else NumbaKernel)(problem, scheme, parts)
+    return NumbaKernel(problem, scheme, parts)

@@ -6,20 +6,15 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit.backends.march import MICRO, March, Outcome
+from fvkit.backends.march import March, Outcome
 from fvkit.backends.numpy_stages import Runner
 from fvkit.backends.plan import Plan, plan
-from fvkit.pointwise import maximum
 from fvkit.problem import fields
 from fvkit.problem.boundary import BoundaryCondition
+from fvkit.problem.grid import Side
 from fvkit.problem.model import Model, aux_rows
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import NET, Parts, Scheme
-
-
-def deepness(model: Any, ql: Any, qr: Any) -> Any:
-    """Depth of a face that is lost: of its deeper side, in micrometres; None for a model without a depth."""
-    return MICRO * maximum(model.depth(ql), model.depth(qr)) if callable(getattr(model, "depth", None)) else None
 
 
 class Kernel(ABC):
@@ -44,7 +39,8 @@ class Kernel(ABC):
             raise ValueError(f"`num_cells` must be >= {self.halo} for this scheme, got {self.cells}")
         self.mass_rows = list(problem.model.mass_rows())
         self.closed = problem.ends[0].reads == "opposite"
-        self.ghosts = (self._side(left=True), self._side(left=False))
+        self.ghosts = tuple(ghosts_and_seen(end.reads, Side(0, upper), self.halo, self.cells)
+                            for end, upper in zip(problem.ends, (False, True), strict=True))
         rows = aux_rows(problem.model, problem.aux_averages)
         self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
         self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
@@ -109,9 +105,6 @@ class Kernel(ABC):
         whole = np.concatenate([aux, rows])
         self.aux, self.aux_edges = self.inside(whole).copy(), np.concatenate([whole[:, :halo], whole[:, -halo:]], axis=1)
 
-    def _side(self, left: bool) -> tuple[range, range]:
-        return ghosts_and_seen(self.problem.ends[0 if left else 1].reads, left, self.halo, self.cells)
-
     def _outside(self, end: BoundaryCondition, cells: tuple[range, range]) -> np.ndarray:
         """The given functions on the ghost cells of one side."""
         ghosts, seen = cells
@@ -158,14 +151,14 @@ class Kernel(ABC):
         """Take accepted steps until ``march.t == target``, exactly, or at most ``max_steps`` of them."""
 
 
-def ghosts_and_seen(reads: str, left: bool, halo: int, n: int) -> tuple[range, range]:
+def ghosts_and_seen(reads: str, side: Side, halo: int, n: int) -> tuple[range, range]:
     """Return the ghost cells of one side of n cells, and for each the cell that it copies."""
-    ghosts = range(halo) if left else range(halo + n, n + 2 * halo)
+    ghosts = range(halo + n, n + 2 * halo) if side.upper else range(halo)
     if reads == "opposite":
-        return ghosts, range(n, n + halo) if left else range(halo, 2 * halo)
+        return ghosts, range(halo, 2 * halo) if side.upper else range(n, n + halo)
     if reads == "mirror":
-        return ghosts, range(2 * halo - 1, halo - 1, -1) if left else range(halo + n - 1, n - 1, -1)
-    edge = halo if left else halo + n - 1
+        return ghosts, range(halo + n - 1, n - 1, -1) if side.upper else range(2 * halo - 1, halo - 1, -1)
+    edge = halo + n - 1 if side.upper else halo
     return ghosts, range(edge, edge + 1)
 
 

@@ -1,18 +1,18 @@
 """The NumPy backend: every stage of a scheme on whole arrays, in chunks where they are long."""
 
-from math import isfinite
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.kernel import deepness, imposed
+from fvkit.backends.kernel import imposed
 from fvkit.backends.march import March
-from fvkit.backends.numpy_stages import Field, Runner, cut
-from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
-from fvkit.backends.runge_kutta import TRANSPORT, Term, program
+from fvkit.backends.numpy_stages import Field, Runner, accepted, cut, lost_faces, settle
+from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial
 from fvkit.pointwise import CHUNK
-from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
+from fvkit.problem.sources import brought
+from fvkit.schemes.program import TRANSPORT, Term
 from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme
 
 #: Number of cells above which the step is cut into chunks of `CHUNK` cells.
@@ -28,89 +28,90 @@ class NumpyKernel(StepwiseKernel):
         super().__init__(problem, scheme, parts)
         chunk = CHUNK if self.cells > UNCHUNKED else self.cells
         self._chunks = [(start, min(chunk, self.cells - start)) for start in range(0, self.cells, chunk)]
+        lengths = {n for _, n in self._chunks}
         self._work = self.padded(problem.q0) if parts.beside else np.empty(0)
         self._aux = self.padded_aux()
-        self._runner = Runner(parts, self.plan, {n for _, n in self._chunks})
+        self._runner = Runner(parts, self.plan, lengths)
+        self._sources = None if self.source_plan is None else Runner(parts, self.source_plan, lengths)
         self._no_flux = np.zeros((2, max(len(self.mass_rows), 1)))
+        self._sees = [(problem.model, range(len(problem.q0)))]
+        self._registers = np.zeros((scheme.program.registers, *self.padded(problem.q0).shape))
+        self._made = NET
+        self._write: Callable[..., None] = _step
+        if scheme.program.registers:
+            self._write = _rate
+        elif parts.joint:
+            self._made, self._write = NEW, _state
 
     def trial(self, march: March, dt: float) -> Trial:
         splitting, q, new = self.scheme.splitting, march.now, march.next
-        start, brought = q, np.zeros((1, max(len(self.mass_rows), 1)))
+        start, gained = q, np.zeros((1, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
             self.set_fields(march.t + 0.5 * dt)
         for source in self.parts.beside if splitting.before > 0.0 else ():
-            self._act(source, start, self._work, splitting.before * dt, brought[0])
+            self._act(source, start, self._work, splitting.before * dt, gained[0])
             start = self._work
-        self.fill_ghosts(start, march.t + 0.5 * dt)
-        speed, flux, lost, lost_face = self._transport(start, new, march.t, dt)
+        found = self._transport(start, new, march.t, dt)
         for source in reversed(self.parts.beside) if splitting.after > 0.0 else ():
-            self._act(source, new, new, splitting.after * dt, brought[0])
-        if self.problem.model.defines("settle"):
-            inside = self.inside(new)
-            for row, component in zip(inside, self.problem.model.settle(tuple(inside)), strict=True):
-                row[:] = component
-        return Trial(speed, self._good(new), flux, brought, lost, lost_face)
+            self._act(source, new, new, splitting.after * dt, gained[0])
+        inside = self.inside(new)
+        settle(inside, self._sees)
+        return Trial(found.speed, accepted(inside, self.mass_rows, self._sees), found.flux, gained, found.lost, found.lost_cell)
 
     def set_fields(self, t: float) -> None:
         super().set_fields(t)
         self._aux[:] = self.padded_aux()
 
-    def _good(self, padded: np.ndarray) -> bool:
-        """Whether a state is finite, without negative masses, and admissible. Its ghost cells are those of an earlier one."""
-        if not isfinite(np.add.reduce(padded, None)):
-            return False
-        q = self.inside(padded)
-        if any(np.minimum.reduce(q[row]) < 0.0 for row in self.mass_rows):
-            return False
-        return not self.problem.model.defines("admissible") or bool(np.all(self.problem.model.admissible(tuple(q))))
+    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> Report:
+        """Write into ``out`` the state after the sweeps of a step. Faces that lost hyperbolicity are those of the first sweep."""
+        program, units = self.scheme.program, (1.0, dt / self.problem.grid.dx, dt)
+        registers = self._registers if program.registers else (q, out)
+        if program.registers:
+            self.inside(registers[0])[:] = self.inside(q)
+        speed, flux, first = 0.0, np.zeros_like(self._no_flux), None
+        for sweep in program.sweeps:
+            state, rate = registers[sweep.state], registers[sweep.rate]
+            self.fill_ghosts(state, t + sweep.time * dt)
+            if sweep.implicit:
+                self._extend(state)
+                self._source_rate(state, rate, sweep.share * dt)
+            else:
+                found = self._sweep(state, rate, sweep.share * units[TRANSPORT])
+                if found.speed == found.speed:
+                    speed = max(speed, found.speed)
+                elif speed * units[TRANSPORT] <= self.scheme.cfl_max:  # else the step is too long, whatever later stages say
+                    speed = np.nan
+                flux = flux + sweep.flux * found.flux
+                first = first or found
+            if sweep.target is not None:
+                self._sum(sweep.terms, registers[sweep.target], units)
+        if program.registers:
+            self.inside(out)[:] = self.inside(registers[program.last])
+        return Report(speed, flux, *(first[2:4] if first else ()))
 
-    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, Lost, int]:
-        """Write into ``out`` the state after transport for dt; return largest speed, end fluxes, lost faces and the first."""
-        ratio = dt / self.problem.grid.dx
-
-        def step(target: np.ndarray, row: np.ndarray, net: Any) -> None:
-            np.multiply(net, -ratio, out=target)
-            target += row
-
-        def keep(target: np.ndarray, _: np.ndarray, new: Any) -> None:
-            target[:] = new
-
-        return self._sweep(q, out, ratio, NEW, keep) if self.parts.joint else self._sweep(q, out, ratio, NET, step)
-
-    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float, made: str, write: Any) -> tuple[float, np.ndarray, Lost, int]:
-        """Write into the cells of ``out`` what ``write`` makes of those of q and a field; return what `_transport` does."""
+    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float) -> Report:
+        """Write into the cells of ``out`` what a sweep makes of those of q."""
         speeds, lost, lost_face, lows = [], Lost(), -1, self._runner.lows
         flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
             here = slice(self.halo + start, self.halo + start + n)
-            for target, row, net in zip(out, q, fields[made], strict=True):
-                write(target[here], row[here], net)
-            speeds.append(_largest(fields[SPEED]))
+            for target, row, made in zip(out, q, fields[self._made], strict=True):
+                self._write(target[here], row[here], made, ratio)
+            speeds.append(np.maximum.reduce(fields[SPEED], None))
             if self.mass_rows and not self.closed:
                 through, low = fields[MASS_FLUX], lows[MASS_FLUX]
                 if start == 0:
                     flux[0] = [row[-low] for row in through]
                 if start + n == self.cells:
                     flux[1] = [row[n - low] for row in through]
-            faces, depths = self._lost_faces(fields["q"], fields["aux"], n, closing=start + n == self.cells)
+            closing = int(start + n == self.cells)  # the last face of a chunk belongs to the next one
+            (faces,), depths = lost_faces(self.parts.model, *[
+                cut(fields[name], self._runner.part(name, offset, 0, closing, n)) for name in ("q", "aux") for offset in (-1, 0)])
             if len(faces):
                 lost_face = start + int(faces[0]) if lost_face < 0 else lost_face
                 lost = lost.more(depths, len(faces))
-        return float(np.maximum.reduce(speeds)), flux, lost, lost_face
-
-    def _lost_faces(self, q: Field, aux: Field, n: int, closing: bool) -> tuple[Any, np.ndarray | None]:
-        """Faces of a chunk whose Roe mean has complex speeds, and their depths; the last face belongs to the next chunk."""
-        model = self.parts.model
-        if not model.defines("hyperbolic_discriminant"):
-            return (), None
-        face = ql, qr, _, _ = [cut(field, self._runner.part(name, offset, 0, int(closing), n))
-                               for name, field in (("q", q), ("aux", aux)) for offset in (-1, 0)]
-        if model.defines("may_lose_hyperbolicity") and not at_face(model, "may_lose_hyperbolicity", *face).any():
-            return (), None
-        faces = np.flatnonzero(at_face(model, "hyperbolic_discriminant", *face) < 0.0)
-        depths = deepness(model, ql, qr)
-        return faces, None if depths is None else np.broadcast_to(depths, np.shape(ql[0]))[faces]
+        return Report(float(np.maximum.reduce(speeds)), flux, lost, lost_face)
 
     def rate(self, q: np.ndarray, t: float) -> np.ndarray:
         """Return dq/dt (num_eqn, num_cells) at the padded state q: the scheme in the limit dt -> 0, sources left out."""
@@ -121,16 +122,15 @@ class NumpyKernel(StepwiseKernel):
                 row[start:start + n] = -net / self.problem.grid.dx
         return result
 
-    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float, brought: np.ndarray) -> None:
+    def _act(self, source: Any, q: np.ndarray, out: np.ndarray, dt: float, gained: np.ndarray) -> None:
         """Write into the cells of ``out`` those of the padded state q after the source's pointwise step, and add what it
-        makes of each mass to ``brought``."""
+        makes of each mass to ``gained``."""
         for start, n in self._chunks:
             here = slice(self.halo + start, self.halo + start + n)
             state = tuple(q[:, here])
             result = source.step(self.problem.model, state, tuple(self._aux[:, here]), dt)
-            for k, row in enumerate(self.mass_rows):
-                if result[row] is not state[row]:
-                    brought[k] += np.add.reduce(result[row] - state[row])
+            for k, gain in brought(self.mass_rows, state, result):
+                gained[k] += np.add.reduce(gain)
             for row, component in zip(out, result, strict=True):
                 row[here] = component
 
@@ -151,44 +151,6 @@ class NumpyKernel(StepwiseKernel):
                 for row, flux in zip(fields[MASS_FLUX], imposed(end, self.problem.model, values), strict=False):
                     if flux == flux:
                         row[face - self._runner.lows[MASS_FLUX]] = flux
-
-
-class StagedNumpyKernel(NumpyKernel):
-    """The same for a scheme with a time integrator: a step is a program of sweeps."""
-
-    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
-        super().__init__(problem, scheme, parts)
-        integrator = scheme.time_integrator
-        if integrator is None:
-            raise TypeError(f"{type(scheme).__name__} has no time integrator")
-        self._program = program(integrator)
-        self._registers = np.zeros((self._program.registers, *self.padded(problem.q0).shape))
-        self._sources = None if self.source_plan is None else Runner(parts, self.source_plan, {n for _, n in self._chunks})
-
-    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> tuple[float, np.ndarray, Lost, int]:
-        registers, units = self._registers, (1.0, dt / self.problem.grid.dx, dt)
-        speed, flux, lost, started = 0.0, np.zeros_like(self._no_flux), (Lost(), -1), False
-        self.inside(registers[0])[:] = self.inside(q)
-        for sweep in self._program.sweeps:
-            state, rate = registers[sweep.state], registers[sweep.rate]
-            self.fill_ghosts(state, t + sweep.time * dt)
-            if sweep.implicit:
-                self._extend(state)
-                self._source_rate(state, rate, sweep.share * dt)
-            else:
-                found = self._sweep(state, rate, sweep.share * units[TRANSPORT], NET,
-                                    lambda to, _, net: np.negative(net, out=to))
-                if found[0] == found[0]:
-                    speed = max(speed, found[0])
-                elif speed * units[TRANSPORT] <= self.scheme.cfl_max:  # else the step is too long, whatever later stages say
-                    speed = np.nan
-                flux = flux + sweep.flux * found[1]
-                lost = lost if started else found[2:]
-                started = True
-            if sweep.target is not None:
-                self._sum(sweep.terms, registers[sweep.target], units)
-        self.inside(out)[:] = self.inside(registers[self._program.last])
-        return (speed, flux, *lost)
 
     def _extend(self, q: np.ndarray) -> None:
         """Let the ghost cells of open ends have the state of the last cell: no end could give that of a stage."""
@@ -212,6 +174,14 @@ class StagedNumpyKernel(NumpyKernel):
             inside += (term.weight * units[term.kind]) * self.inside(self._registers[term.register])
 
 
-def _largest(speed: Any) -> float:
-    """Largest of speeds that are >= 0, NaN if any is."""
-    return float(np.maximum.reduce(speed, None))
+def _rate(target: np.ndarray, q: np.ndarray, net: Any, ratio: float) -> None:
+    np.negative(net, out=target)
+
+
+def _step(target: np.ndarray, q: np.ndarray, net: Any, ratio: float) -> None:
+    np.multiply(net, -ratio, out=target)
+    target += q
+
+
+def _state(target: np.ndarray, q: np.ndarray, new: Any, ratio: float) -> None:
+    target[:] = new

@@ -1,10 +1,15 @@
-"""Runs the stages of a plan on whole arrays."""
+"""Runs the stages of a plan on whole arrays; what a step asks of the state that it makes."""
 
+from collections.abc import Sequence
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from fvkit.backends.march import MICRO
 from fvkit.backends.plan import Plan
+from fvkit.pointwise import maximum
+from fvkit.problem.answers import at_face
 from fvkit.schemes.scheme import Parts
 
 Field = tuple[Any, ...]
@@ -50,6 +55,39 @@ class Runner:
     def part(self, field: str, offset: int, low: int, high: int, n: int) -> slice:
         """The part of a field at an offset that a stage covering the places low .. n + high - 1 reads."""
         return slice(low + offset - self.lows[field], n + high + offset - self.lows[field])
+
+
+def deepness(model: Any, ql: Any, qr: Any) -> Any:
+    """Depth of a face that is lost: of its deeper side, in micrometres; None for a model without a depth."""
+    return MICRO * maximum(model.depth(ql), model.depth(qr)) if callable(getattr(model, "depth", None)) else None
+
+
+def lost_faces(model: Any, ql: Any, qr: Any, auxl: Any, auxr: Any) -> tuple[tuple[np.ndarray, ...], np.ndarray | None]:
+    """Return the places of the faces whose Roe mean has complex speeds, and their depths, see `deepness`."""
+    face, none = (ql, qr, auxl, auxr), (np.empty(0, dtype=int),) * np.ndim(ql[0])
+    if not model.defines("hyperbolic_discriminant"):
+        return none, None
+    if model.defines("may_lose_hyperbolicity") and not at_face(model, "may_lose_hyperbolicity", *face).any():
+        return none, None
+    places = np.nonzero(at_face(model, "hyperbolic_discriminant", *face) < 0.0)
+    depths = deepness(model, ql, qr) if len(places[0]) else None
+    return places, None if depths is None else np.broadcast_to(depths, np.shape(ql[0]))[places]
+
+
+def settle(q: np.ndarray, sees: Sequence[tuple[Any, Sequence[int]]]) -> None:
+    """Let what is too thin to move lose its momenta, in a state (rows, ...); ``sees`` are models and the rows that each sees."""
+    for model, rows in sees:
+        if model.defines("settle"):
+            for row, component in zip(rows, model.settle(tuple(q[row] for row in rows)), strict=True):
+                q[row] = component
+
+
+def accepted(q: np.ndarray, masses: Sequence[int], sees: Sequence[tuple[Any, Sequence[int]]]) -> bool:
+    """Whether a state (rows, ...) is finite, without negative masses, and admissible; ``sees`` as in `settle`."""
+    if not isfinite(np.add.reduce(q, None)) or any(np.minimum.reduce(q[row], None, initial=0.0) < 0.0 for row in masses):
+        return False
+    return all(bool(np.all(model.admissible(tuple(q[row] for row in rows))))
+               for model, rows in sees if model.defines("admissible"))
 
 
 def cut(value: Any, here: Any) -> Any:

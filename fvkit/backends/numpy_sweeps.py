@@ -4,13 +4,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from fvkit.backends.kernel import deepness
-from fvkit.backends.numpy_stages import Field, Runner, cut
+from fvkit.backends.numpy_stages import Field, Runner, cut, lost_faces
 from fvkit.backends.plane_kernel import PlaneKernel
-from fvkit.backends.python_loop import Lost
-from fvkit.backends.sweeps import FIRST, Report, Sweep
+from fvkit.backends.python_loop import Lost, Report
+from fvkit.backends.sweeps import FIRST, Sweep
 from fvkit.pointwise import CHUNK
-from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, SPEED, Parts, Scheme
 
@@ -52,9 +50,13 @@ class NumpySweep(Sweep):
             if masses and not self.periodic:
                 low = runner.lows[MASS_FLUX]
                 flux += [[row[face - low].sum() for row in fields[MASS_FLUX]] for face in (0, n)]
-            count, depths, where = self._lost_faces(fields["q"], fields["aux"], lanes)
-            if count:
-                lost, first = lost.more(depths, count), where if first < 0 else first
+            places, depths = lost_faces(self.model, *[cut(fields[name], slice(halo + offset, halo + n + 1 + offset))
+                                                      for name in ("q", "aux") for offset in (-1, 0)])
+            if len(places[0]):
+                along, line = min(int(places[0][0]), n - 1), lanes.start + int(places[1][0])
+                cell = (line, along) if self.number == 0 else (along, line)
+                first = int(np.ravel_multi_index(cell, self.problem.grid.shape)) if first < 0 else first
+                lost = lost.more(depths, len(places[0]))
             for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
                 target[row, :, lanes] = item  # what was read may stand in the same place
             if squeezed is not None and place == FIRST:
@@ -72,23 +74,6 @@ class NumpySweep(Sweep):
                 passing = row[face, low - here.start:high - here.start]
                 given_flux = value[low - lanes.start:high - lanes.start] if np.ndim(value) else value
                 np.copyto(passing, given_flux, where=~np.isnan(given_flux))
-
-    def _lost_faces(self, q: Field, aux: Field, lanes: slice) -> tuple[int, np.ndarray | None, int]:
-        """Number of faces whose Roe mean has complex speeds, their depths, and the number of the cell behind the first."""
-        model, n, halo = self.model, self.axis.num_cells, self.halo
-        if not model.defines("hyperbolic_discriminant"):
-            return 0, None, -1
-        face = ql, qr, _, _ = [cut(field, slice(halo + offset, halo + n + 1 + offset))
-                               for field in (q, aux) for offset in (-1, 0)]
-        if model.defines("may_lose_hyperbolicity") and not at_face(model, "may_lose_hyperbolicity", *face).any():
-            return 0, None, -1
-        faces = np.nonzero(at_face(model, "hyperbolic_discriminant", *face) < 0.0)
-        if not len(faces[0]):
-            return 0, None, -1
-        depths, along, line = deepness(model, ql, qr), min(int(faces[0][0]), n - 1), lanes.start + int(faces[1][0])
-        cell = (line, along) if self.number == 0 else (along, line)
-        return (len(faces[0]), None if depths is None else np.broadcast_to(depths, np.shape(ql[0]))[faces],
-                int(np.ravel_multi_index(cell, self.problem.grid.shape)))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
         n, halo = self.axis.num_cells, self.halo

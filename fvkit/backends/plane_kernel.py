@@ -10,17 +10,22 @@ import numpy as np
 
 from fvkit.backends.layout import padded_rows
 from fvkit.backends.march import March, step_length
+from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
-from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial, together
 from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
 from fvkit.problem.problem import Problem
+from fvkit.problem.sources import brought
 from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
 
 #: Numbers of lines and columns of cells in padded arrays.
 Places = tuple[np.ndarray, np.ndarray]
+
+#: Places, None for all cells, and what stood there.
+Kept = list[tuple[Places | None, np.ndarray]]
 
 
 class PlaneKernel(StepwiseKernel):
@@ -38,6 +43,7 @@ class PlaneKernel(StepwiseKernel):
             raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}: "
                              "what varies along one axis alone is a problem on fv.Grid(lower, upper, num_cells)")
         self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
+        self._sees = [(sweep.model, sweep.rows) for sweep in self.sweeps]
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
@@ -97,63 +103,83 @@ class PlaneKernel(StepwiseKernel):
         return longest if march.steps % 2 else dt
 
     def trial(self, march: March, dt: float) -> Trial:
-        kept: list[tuple[Places | None, np.ndarray]] = []
+        kept: Kept = []
         try:
             return self._tried(march, dt, kept)
         finally:  # also after Ctrl-C: a run saves the accepted state
             for where, values in kept[::-1]:
                 self._put(march.now, where, values)
 
-    def _tried(self, march: March, dt: float, kept: list[tuple[Places | None, np.ndarray]]) -> Trial:
+    def _tried(self, march: March, dt: float, kept: Kept) -> Trial:
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
-        splitting, middle = self.scheme.splitting, march.t + 0.5 * dt
-        first, second = self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
-        brought = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
+        splitting, pair = self.scheme.splitting, self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
+        gained = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
         if not self.steady_fields:
-            self.set_fields(middle)
-        start = march.now
-        if self.parts.beside and splitting.before > 0.0:
-            if not self._few:
-                self.inside(march.next)[:] = self.inside(start)
-                start = march.next
-            for source, where, gain in zip(self.parts.beside, self._places, brought, strict=False):
-                if self._few:
-                    kept.append((where, self._cells(start, where)))
-                self._act(source, start, splitting.before * dt, gain, where)
-        first.fill(start, middle)
+            self.set_fields(march.t + 0.5 * dt)
+        start = self._acted_before(march, splitting.before * dt, gained, kept)
+        reports = self._swept(start, march.next, march.t + 0.5 * dt, dt, pair)
+        if len(reports) == 1:
+            speed = reports[0].speed * self.dx / pair[0].axis.dx
+            return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, Lost(), -1)
+        speed = max(report.speed * (self.dx / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True))
+        if not isfinite(sum(report.speed for report in reports)):
+            speed = float("nan")
+        good = self._acted_after(march.next, splitting.after * dt, gained, pair[1].settles and self._few, reports[1].bad)
+        flux = [report.flux * (self.volume / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True)]
+        return Trial(speed, good, np.concatenate(flux if pair[0].number == 0 else flux[::-1]), gained,
+                     together(report.lost for report in reports), max(report.lost_cell for report in reports))
+
+    def _acted_before(self, march: March, dt: float, gained: np.ndarray, kept: Kept) -> np.ndarray:
+        """Return the state after a time dt of the sources before the transport."""
+        if not (self.parts.beside and dt > 0.0):
+            return march.now
+        if not self._few:
+            self.inside(march.next)[:] = self.inside(march.now)
+        start = march.now if self._few else march.next
+        for source, where, gain in zip(self.parts.beside, self._places, gained, strict=False):
+            if self._few:
+                kept.append((where, self._cells(start, where)))
+            self._act(source, start, dt, gain, where)
+        return start
+
+    def _swept(self, start: np.ndarray, out: np.ndarray, t: float, dt: float, pair: list[Sweep]) -> list[Report]:
+        """Write into ``out`` the state after both sweeps, with boundaries of time t; return what they report.
+
+        After a sweep for which the step is too long, whose state may have negative masses, there is no second one.
+        """
+        first, second = pair
+        first.fill(start, t)
         self._look_round(start)
         if self.joint:
-            self._look_across(start, middle, first)
+            self._look_across(start, t, first)
         if self.parts.across:
             self._clear(self.given[first.number][-1])
-        one = first.run(start, march.next, self.given[first.number], dt, FIRST, self.given[second.number])
+        one = first.run(start, out, self.given[first.number], dt, FIRST, self.given[second.number])
         if isfinite(one.speed) and one.speed * dt / first.axis.dx > self.scheme.cfl_max:
-            # The step is too long, and its state may have negative masses: the second sweep must not see it.
-            return Trial(one.speed * self.dx / first.axis.dx, False, np.zeros((4, brought.shape[1])), brought, Lost(), -1)
-        second.fill(march.next, middle)
+            return [one]
+        second.fill(out, t)
         if self.parts.across:
             squeezed = self.given[second.number]
             second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
-        self._look_round(march.next, second)
-        later = list(zip(self.parts.beside, self._places, brought, strict=False))[::-1] if splitting.after > 0.0 else []
-        few = second.settles and self._few
-        other = second.run(march.next, march.next, self.given[second.number], dt, LAST if few else SECOND,
-                           self.given[first.number])
-        acted = [where for source, where, gain in later if self._act(source, march.next, splitting.after * dt, gain, where)]
-        good = not (few and other.bad)
-        for where in acted if few else [None]:
-            self._settle(march.next, where)
-            good = good and self._good(march.next, where)
-        scales = [self.dx / sweep.axis.dx for sweep in (first, second)]
-        widths = [self.volume / sweep.axis.dx for sweep in (first, second)]
-        speed = max(one.speed * scales[0], other.speed * scales[1])
-        if not isfinite(one.speed + other.speed):
-            speed = float("nan")
-        through = [one.flux * widths[0], other.flux * widths[1]]
-        flux = np.concatenate(through if first.number == 0 else through[::-1])
-        lost = Lost(one.lost.faces + other.lost.faces, one.lost.films + other.lost.films,
-                    max(one.lost.deepest, other.lost.deepest))
-        return Trial(speed, good, flux, brought, lost, max(one.lost_cell, other.lost_cell))
+        self._look_round(out, second)
+        place = LAST if second.settles and self._few else SECOND
+        return [one, second.run(out, out, self.given[second.number], dt, place, self.given[first.number])]
+
+    def _acted_after(self, q: np.ndarray, dt: float, gained: np.ndarray, settled: bool, bad: bool) -> bool:
+        """Let the sources after the transport act on q for dt, and settle it; return whether it may be accepted.
+
+        A state that the last sweep has ``settled`` is looked at only where sources have acted since.
+        """
+        later = list(zip(self.parts.beside, self._places, gained, strict=False))[::-1] if dt > 0.0 else []
+        acted = [where for source, where, gain in later if self._act(source, q, dt, gain, where)]
+        good = not (settled and bad)
+        for where in acted if settled else [None]:
+            cells = self._cells(q, where)
+            settle(cells, self._sees)
+            if where is not None and self.problem.model.defines("settle"):
+                self._put(q, where, cells)
+            good = good and accepted(cells, self.mass_rows, self._sees)
+        return good
 
     def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         """Find the cells with mass, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the others."""
@@ -190,8 +216,8 @@ class PlaneKernel(StepwiseKernel):
         for row, component in zip(target, values, strict=True):
             row[... if where is None else where] = component
 
-    def _act(self, source: Any, q: np.ndarray, dt: float, brought: np.ndarray, where: Places | None) -> bool:
-        """Apply a source to its cells for dt, add the change of each mass to ``brought``; return whether anything changed."""
+    def _act(self, source: Any, q: np.ndarray, dt: float, gained: np.ndarray, where: Places | None) -> bool:
+        """Apply a source to its cells for dt, add the change of each mass to ``gained``; return whether anything changed."""
         inside, sweep = self._cells(q, where), self.sweeps[0]
         if where is not None and not source.wets and not inside.any():
             return False
@@ -203,27 +229,7 @@ class PlaneKernel(StepwiseKernel):
             after = stepped(source, sweep.model, before, lambda state: source.step(self.parts.model, state, aux, dt))
         else:
             after = source.step(self.parts.model, before, aux, dt)
-        for k, row in enumerate(map(places.index, self.mass_rows)):
-            if after[row] is not before[row]:
-                brought[k] += np.add.reduce(after[row] - before[row], axis=None)
+        for k, gain in brought(list(map(places.index, self.mass_rows)), before, after):
+            gained[k] += np.add.reduce(gain, axis=None)
         self._put(q, where, [after[places.index(row)] for row in range(len(inside))])
         return True
-
-    def _settle(self, q: np.ndarray, where: Places | None) -> None:
-        """Set the momenta of layers that are too thin to move to their limits."""
-        if not self.problem.model.defines("settle"):
-            return
-        inside = self._cells(q, where)
-        for sweep in self.sweeps:
-            for row, component in zip(sweep.rows, sweep.model.settle(tuple(inside[row] for row in sweep.rows)), strict=True):
-                inside[row] = component
-        if where is not None:
-            self._put(q, where, inside)
-
-    def _good(self, padded: np.ndarray, where: Places | None) -> bool:
-        """Whether a state is finite, without negative masses, and admissible."""
-        q = self._cells(padded, where)
-        if not isfinite(np.add.reduce(q, None)) or any(q[row].min(initial=0.0) < 0.0 for row in self.mass_rows):
-            return False
-        return all(bool(np.all(sweep.model.admissible(tuple(q[row] for row in sweep.rows))))
-                   for sweep in self.sweeps if sweep.model.defines("admissible"))

@@ -1,6 +1,7 @@
 """Time loop in Python: trial steps, acceptance and retries."""
 
 from abc import abstractmethod
+from collections.abc import Iterable, Sequence
 from math import isfinite
 from typing import NamedTuple
 
@@ -23,6 +24,36 @@ class Lost(NamedTuple):
             return self._replace(faces=self.faces + count)
         films = int(np.count_nonzero(depths < FILM * MICRO))
         return Lost(self.faces + count, self.films + films, max(self.deepest, int(np.max(depths, initial=0.0))))
+
+
+def together(every: Iterable[Lost]) -> Lost:
+    """Return the sum of several counts."""
+    faces, films, deepest = zip(*every, strict=True)
+    return Lost(sum(faces), sum(films), max(deepest))
+
+
+def counted(found: Sequence[np.ndarray]) -> tuple[Lost, int]:
+    """Return what compiled code has counted on each thread, see `Scratch`, added up, and the first of the faces."""
+    firsts = [int(item[1]) for item in found if item[1] >= 0]
+    return together(Lost(*item[[0, 2, 3]].tolist()) for item in found), min(firsts, default=-1)
+
+
+class Report(NamedTuple):
+    """What a sweep reports.
+
+    Attributes
+    ----------
+    speed : largest speed at any face, NaN if any is.
+    flux : (2, masses) mass fluxes through both ends, or sides, summed over the cells along them.
+    bad : whether a state of the last sweep of a step may not be accepted, where the sweep `settles`.
+    lost, lost_cell : faces that lost hyperbolicity, and the first of them, or with two axes the number of the cell behind it.
+    """
+
+    speed: float
+    flux: np.ndarray
+    lost: Lost = Lost()
+    lost_cell: int = -1
+    bad: bool = False
 
 
 class Trial(NamedTuple):

@@ -10,7 +10,8 @@ import numpy as np
 
 from fvkit.backends.kernel import as_slice, ghosts_and_seen, imposed
 from fvkit.backends.plan import Plan, plan
-from fvkit.backends.python_loop import Lost
+from fvkit.backends.python_loop import Report
+from fvkit.problem.grid import Side
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
 from fvkit.schemes.scheme import Parts, Scheme
@@ -19,24 +20,6 @@ from fvkit.schemes.wave_propagation import FACE
 
 #: Where a sweep stands in a step: only the second sees what the faces of the first squeeze; the last leaves a settled state.
 FIRST, SECOND, LAST = range(3)
-
-
-class Report(NamedTuple):
-    """What a sweep reports.
-
-    Attributes
-    ----------
-    speed : largest speed at any face, NaN if any is.
-    flux : (2, masses) mass fluxes through both sides, summed over the cells along them.
-    bad : whether a state of the last sweep of a step may not be accepted, where the sweep `settles`.
-    lost, lost_cell : faces that lost hyperbolicity, and the number of the cell behind the first of them.
-    """
-
-    speed: float
-    flux: np.ndarray
-    lost: Lost = Lost()
-    lost_cell: int = -1
-    bad: bool = False
 
 
 class Border(NamedTuple):
@@ -76,8 +59,8 @@ class Sweep(ABC):
         self.aside = list(self.direction.across + self.direction.still)
         self.plan = widened(plan(scheme.stages(parts)), halo)
         self.pulling = widened(plan(pulling_stages(FACE)), halo) if parts.joint else None
-        self.borders = tuple(tuple(self._border(section, side == 0) for section in given)
-                             for side, given in enumerate(problem.sides[number]))
+        self.borders = tuple(tuple(self._border(section, Side(number, upper)) for section in given)
+                             for upper, given in zip((False, True), problem.sides[number], strict=True))
         self.periodic = problem.sides[number][0][0].first.reads == "opposite"
         self.values: list[list[Any]] = []
 
@@ -89,9 +72,9 @@ class Sweep(ABC):
         """Whether it is known, without a look, that nothing has ever stood where the ghost cells of a side look."""
         return False
 
-    def _border(self, section: Section, left: bool) -> Border:
-        ghosts, seen = ghosts_and_seen(section.first.reads, left, self.halo, self.axis.num_cells)
-        count = np.arange(self.halo, 0, -1.0) if left else np.arange(1.0, self.halo + 1.0)
+    def _border(self, section: Section, side: Side) -> Border:
+        ghosts, seen = ghosts_and_seen(section.first.reads, side, self.halo, self.axis.num_cells)
+        count = np.arange(1.0, self.halo + 1.0) if side.upper else np.arange(self.halo, 0, -1.0)
         kept = section.values(self.model, self.problem.t_start) if section.steady else None
         quiet = kept is not None and self._quiet(section, kept)
         return Border(section, as_slice(ghosts), as_slice(seen), count[:, None], kept, quiet)

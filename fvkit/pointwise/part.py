@@ -55,6 +55,29 @@ class Part:
         return mine is not None and not getattr(mine, "is_default", False)
 
 
+@attrs.frozen
+class Wrapper:
+    """A part seen through another: what a subclass does not answer itself, the part answers.
+
+    Its numbers are those of the part, and so is what it `Part.defines`; a subclass that answers more says so.
+    """
+
+    part: Any
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__") or name == "part":
+            raise AttributeError(name)
+        return getattr(self.part, name)
+
+    def __repr__(self) -> str:
+        return repr(self.part)
+
+
+def unwrapped(part: Any) -> Any:
+    """Return a part itself, of a `Wrapper` that which it wraps."""
+    return unwrapped(part.part) if isinstance(part, Wrapper) else part
+
+
 def default(method: Any) -> Any:
     """Mark a method of an abstract base as a default, which `Part.defines` does not count as defined."""
     method.is_default = True

@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit.pointwise.part import Part
+from fvkit.pointwise.part import Part, Wrapper
 
 #: Behind "maximum" and "minimum" in the operation of a node: NaN where either value is, as NumPy has it. It costs two more
 #: instructions, too many for all of them; the plain ones drop NaN of their first value.
@@ -68,36 +68,6 @@ class Expr:
         self.uniform = operation == "uniform" or (operation != "load" and all(
             item.uniform for item in arguments if isinstance(item, Expr)))
 
-    def __add__(self, other: Any) -> Any:
-        return _add(self.graph, self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return _add(self.graph, other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return _subtract(self.graph, self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return _subtract(self.graph, other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return _multiply(self.graph, self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _multiply(self.graph, other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return _divide(self.graph, self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _divide(self.graph, other, self)
-
-    def __pow__(self, other: Any) -> Any:
-        return _power(self.graph, self, _value(other))
-
-    def __rpow__(self, other: Any) -> Any:
-        return _power(self.graph, _value(other), self)
-
     def __neg__(self) -> Any:
         return self.graph.node("neg", self)
 
@@ -107,38 +77,10 @@ class Expr:
     def __abs__(self) -> Any:
         return self.graph.node("abs", self)
 
-    def __lt__(self, other: Any) -> Any:
-        return self.graph.node("<", self, _value(other))
-
-    def __le__(self, other: Any) -> Any:
-        return self.graph.node("<=", self, _value(other))
-
-    def __gt__(self, other: Any) -> Any:
-        return self.graph.node(">", self, _value(other))
-
-    def __ge__(self, other: Any) -> Any:
-        return self.graph.node(">=", self, _value(other))
-
-    def __eq__(self, other: Any) -> Any:
-        return self.graph.node("==", self, _value(other))
-
-    def __ne__(self, other: Any) -> Any:
-        return self.graph.node("!=", self, _value(other))
-
-    __hash__ = None  # type: ignore[assignment]  # a symbol compares to a symbol: it is no key
-
-    def __and__(self, other: Any) -> Any:
-        return _both(self.graph, self, other)
-
-    __rand__ = __and__
-
-    def __or__(self, other: Any) -> Any:
-        return _either(self.graph, self, other)
-
-    __ror__ = __or__
-
     def __invert__(self) -> Any:
         return self.graph.node("not", self)
+
+    __hash__ = None  # type: ignore[assignment]  # a symbol compares to a symbol: it is no key
 
     def __bool__(self) -> bool:
         raise Untraceable("a value decides here what is computed (if, while, and, or, not, max, min); use fv.where(condition, "
@@ -207,6 +149,7 @@ def _divide(graph: Graph, a: Any, b: Any) -> Any:
 
 
 def _power(graph: Graph, a: Any, b: Any) -> Any:
+    a, b = _value(a), _value(b)
     if isinstance(b, Expr) or b not in (-2.0, -1.0, 0.5, 1.0, 2.0, 3.0, 4.0):
         return graph.node("pow", a, b)
     if b == 0.5:
@@ -246,8 +189,26 @@ def _plain(name: str) -> Callable[..., Any]:
     return lambda graph, *values: graph.node(name, *values)
 
 
-_UNARY = ("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh",
-          "floor", "ceil", "sign", "isfinite", "isnan")
+def _binary(operation: Callable[..., Any], turned: bool = False) -> Callable[[Expr, Any], Any]:
+    """The operator that records an operation; ``turned`` where the symbol stands on its right."""
+    return (lambda self, other: operation(self.graph, other, self)) if turned else \
+        (lambda self, other: operation(self.graph, self, other))
+
+
+def _comparison(name: str) -> Callable[[Expr, Any], Any]:
+    return lambda self, other: self.graph.node(name, self, _value(other))
+
+
+for _name, _operation in {"add": _add, "sub": _subtract, "mul": _multiply, "truediv": _divide, "pow": _power, "and": _both,
+                          "or": _either}.items():
+    setattr(Expr, f"__{_name}__", _binary(_operation))
+    setattr(Expr, f"__r{_name}__", _binary(_operation, turned=True))
+for _name, _sign in {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}.items():
+    setattr(Expr, f"__{_name}__", _comparison(_sign))
+
+
+_UNARY = ("sqrt", "cbrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh",
+          "tanh", "floor", "ceil", "sign", "isfinite", "isnan")
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: _plain(name) for name in _UNARY},
     **{name: _plain(name) for name in ("maximum", "minimum", "hypot", "arctan2")},
@@ -277,6 +238,8 @@ def needed(roots: list[Any], leaf: Callable[[Expr], bool] = lambda node: False) 
 
 def with_symbols(part: Any, symbol: Callable[[], Expr]) -> Any:
     """Return a copy of a part whose numeric fields are symbols: its methods then trace themselves."""
+    if isinstance(part, Wrapper):
+        return attrs.evolve(part, part=with_symbols(part.part, symbol))
     if not isinstance(part, Part):
         return part
     copy = object.__new__(type(part))

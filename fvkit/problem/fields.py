@@ -6,13 +6,13 @@ mean of both sides; the model sees its own aux values alone.
 
 import inspect
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import Any
 
 import attrs
 import numpy as np
 
 from fvkit import validation
+from fvkit.pointwise.part import Wrapper
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
@@ -180,8 +180,7 @@ def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any
         if field.source is not None:  # those of the model look for themselves
             places[field.position].append((field.name, row, field.components))
         row += field.size
-    kinds: list[Any] = [type(source) for source in sources]
-    return tuple(seen_as(source, _looking_behind(kinds[k], tuple(places[k]), own), {}) for k, source in enumerate(sources))
+    return tuple(OnGrid(source, tuple(places[k]), own) for k, source in enumerate(sources))
 
 
 def _values(rows: Any, components: int | None) -> Any:
@@ -196,21 +195,26 @@ def seen_as(part: Any, kind: Any, values: dict[str, Any]) -> Any:
     return result
 
 
-@lru_cache(maxsize=256)
-def _looking_behind(kind: Any, places: tuple[tuple[str, int, int | None], ...], own: int) -> Any:
-    class OnGrid(kind):
-        """See `on_grid`."""
+@attrs.frozen(repr=False)
+class OnGrid(Wrapper):
+    """A source that finds its fields behind the ``own`` aux values of the model.
 
-    def answering(name: str, at: int) -> Callable[..., Any]:
-        def method(self: Any, *arguments: Any) -> Any:
-            aux = arguments[at]
-            values = {field: _values(aux[row:row + (count or 1)], count) for field, row, count in places}
-            return getattr(seen_as(self, kind, values), name)(*arguments[:at], aux[:own], *arguments[at + 1:])
+    ``places`` holds the name of each, its first row, and its number of rows, None for one number.
+    """
 
-        return method
+    places: tuple[tuple[str, int, int | None], ...]
+    own: int
 
-    for name, (at,) in aux_places(kind.questions).items():
-        if kind.defines(name):
-            setattr(OnGrid, name, answering(name, at))
-    OnGrid.__name__, OnGrid.__qualname__ = kind.__name__, kind.__qualname__
-    return OnGrid
+    def __getattr__(self, name: str) -> Any:
+        method = Wrapper.__getattr__(self, name)
+        at = aux_places(self.part.questions).get(name) if callable(method) else None
+        if at is None:
+            return method
+
+        def answer(*arguments: Any) -> Any:
+            aux = arguments[at[0]]
+            values = {field: _values(aux[row:row + (count or 1)], count) for field, row, count in self.places}
+            given = [item[:self.own] if k == at[0] else item for k, item in enumerate(arguments)]
+            return getattr(seen_as(self.part, type(self.part), values), name)(*given)
+
+        return answer

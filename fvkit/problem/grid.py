@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
@@ -11,6 +11,22 @@ from fvkit.validation import field, integer, number, real, whole
 
 #: Names of the axes of a grid.
 NAMES = ("x", "y")
+
+
+class Side(NamedTuple):
+    """A side of a grid: the lower or the upper end of an axis."""
+
+    axis: int
+    upper: bool
+
+    @property
+    def outwards(self) -> float:
+        """1 where the axis leads out of the grid, else -1."""
+        return 1.0 if self.upper else -1.0
+
+    def inwards(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of the cells along the axis (..., n), from this side on."""
+        return values[..., ::-1] if self.upper else values
 
 
 @attrs.frozen

@@ -205,7 +205,7 @@ class Model(Part, ABC):
         """Return the state of a flow ``distance`` m beyond a cell with state q, positive to the right, where the aux functions
         continue at ``slopes``, per metre to the right: rest must stay at rest, and uniform flow uniform.
 
-        Where defined, the aux functions continue beyond open ends, see ``fvkit.problem.boundary.Continued``.
+        Where defined, the aux functions continue beyond open ends, see ``fvkit.problem.open_ends.Continued``.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no `beyond`: the aux functions are constant beyond the ends")
 

@@ -9,12 +9,13 @@ import numpy as np
 from fvkit import validation
 from fvkit.pointwise import contract
 from fvkit.problem import answers, questions
-from fvkit.problem.boundary import BoundaryCondition, Outflow
+from fvkit.problem.boundary import BoundaryCondition
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.directions import Direction, component_names, directions, mass_places
 from fvkit.problem.fields import Field, varying_over, with_numbers
-from fvkit.problem.grid import Grid
+from fvkit.problem.grid import Grid, Side
 from fvkit.problem.model import Model, aux_rows
+from fvkit.problem.open_ends import Outflow
 from fvkit.problem.relief import Slopes
 from fvkit.problem.side import Along, Section, four_sides, sections
 from fvkit.problem.sources import Source
@@ -151,18 +152,22 @@ class Problem:
         seen = self.q0 if one else self.q0[list(self.directions[0].rows)]
         self._set("model", validation.instance(self.model.resolved(seen), "model.resolved()", Model))
         self._set("directions", directions(self.model, self.grid))
-        self._set("ends", tuple(
-            validation.instance(side.placed(left, self.model, self.grid, self.aux_averages), "placed()", BoundaryCondition)
-            for side, left in zip(self.boundary, (True, False), strict=True)) if one else ())
-        self._set("sides", () if one else tuple(
-            tuple(sections(self.boundary[2 * along.number + k], k == 0, along, self.grid, self.aux_averages) for k in (0, 1))
-            for along in self.directions))
+        lower_upper = (False, True)
+        self._set("ends", tuple(self._bound(end, Side(0, upper)) for end, upper in zip(self.boundary, lower_upper, strict=True))
+                  if one else ())
+        self._set("sides", () if one else tuple(tuple(
+            sections(self.boundary[2 * along.number + upper], Side(along.number, upper), along, self.grid, self.aux_averages)
+            for upper in lower_upper) for along in self.directions))
         ground = self.model.relief()
         bends = any(source.bends for source in self.sources)
         slopes = () if ground is None else (Slopes(self.aux_averages[ground], self.grid, bends),)
         self._set("fields", slopes + varying_over(self.grid, self.sources, len(self.conserved), self.t_start))
         self._check_contract()
         self.model.check_validity(self)
+
+    def _bound(self, end: BoundaryCondition, side: Side) -> BoundaryCondition:
+        placed = end.placed(side, self.model, self.grid, self.aux_averages)
+        return validation.instance(placed, "placed()", BoundaryCondition)
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

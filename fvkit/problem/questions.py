@@ -4,7 +4,8 @@ A class of parts lists its questions as ``questions``; that of a plug-in adds it
 ``questions = (*Model.questions, Question(...))``.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -112,7 +113,8 @@ def check_answers(part: Any, given: Mapping[str, Any], traced: bool = True) -> d
     return found
 
 
-def aux_places(questions: Iterable[Question]) -> dict[str, tuple[int, ...]]:
+@lru_cache(maxsize=64)
+def aux_places(questions: tuple[Question, ...]) -> dict[str, tuple[int, ...]]:
     """Return which arguments of each question hold aux values, from 0, for questions that have any."""
     places = {name: tuple(k for k, item in enumerate((*takes, *also)) if item.startswith("aux"))
               for name, takes, _, _, also in questions}

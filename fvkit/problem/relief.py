@@ -6,15 +6,14 @@ sqrt(1 + s^2) along the slope s and left alone across it: they are then those al
 preferred direction. A level bottom leaves every bit. Derived here.
 """
 
-from collections.abc import Callable
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, ClassVar
 
 import attrs
 import numpy as np
 
 from fvkit.pointwise import TINY, combine, maximum, minimum
-from fvkit.problem.fields import seen_as
+from fvkit.pointwise.part import Wrapper
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
 
@@ -116,48 +115,68 @@ def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
     return np.asarray(np.where(product > 0.0, product * (behind + ahead) / np.where(squares > 0.0, squares, 1.0), 0.0))
 
 
-def over_slopes(model: Any, axes: int, number: int, bends: bool) -> Any:
-    """Return a model that finds the slopes of its bottom behind its own aux values.
+@attrs.frozen(repr=False)
+class OverSlopes(Wrapper):
+    """A model that finds the slopes of its bottom behind its own aux values.
 
     Parameters
     ----------
-    model : the equations; its `Model.relief` names the aux function.
+    part : the equations; their `Model.relief` names the aux function.
     axes : number of axes of the grid.
     number : of the axis of the sweep.
     bends : whether second derivatives follow the slopes.
     """
-    kind: Any = type(model)
-    return seen_as(model, _over_slopes(kind, axes, number, bends), {})
 
+    axes: int
+    number: int
+    bends: bool
 
-@lru_cache(maxsize=64)
-def _over_slopes(kind: Any, axes: int, number: int, bends: bool) -> Any:
-    own = len(kind.aux)
-    second = tuple(own + axes + k for k in range(len(SECOND[axes])))
+    @property
+    def aux(self) -> tuple[str, ...]:
+        """Names of the aux values, slopes and second derivatives among them."""
+        return (*self.part.aux, *("slope along x", "slope along y")[:self.axes],
+                *(f"second derivative {row}" for row in self._second))
 
-    class OverSlopes(kind):
-        """See `over_slopes`."""
+    @property
+    def slope_rows(self) -> tuple[int, ...]:
+        """Rows of the slopes along a sweep and across it."""
+        own = len(self.part.aux)
+        return (own,) if self.axes == 1 else (own + self.number, own + 1 - self.number)
 
-        aux = (*kind.aux, *("slope along x", "slope along y")[:axes], *(f"second derivative {row}" for row in second if bends))
-        slope_rows = (own,) if axes == 1 else (own + number, own + 1 - number)
-        bend_rows = (second if number == 0 else second[::-1]) if bends else ()
+    @property
+    def bend_rows(self) -> tuple[int, ...]:
+        """Rows of the second derivatives: along a sweep, mixed, and across it."""
+        return self._second if self.number == 0 else self._second[::-1]
 
-    def answering(name: str, places: tuple[int, ...], drops: bool) -> Callable[..., Any]:
-        def method(self: Any, *arguments: Any) -> Any:
+    @property
+    def _second(self) -> tuple[int, ...]:
+        first = len(self.part.aux) + self.axes
+        return tuple(range(first, first + len(SECOND[self.axes]))) if self.bends else ()
+
+    @property
+    def takes_aux(self) -> frozenset[str]:
+        """All questions that may take aux values: they do, since slopes are among these."""
+        return frozenset(one.name for one in self.part.questions if one.also and self.part.defines(one.name))
+
+    def beyond(self, q, slopes, distance):
+        """Return what the equations over the slope of the ground beyond an end say, see `fvkit.Model.beyond`."""
+        ground = self.part.aux.index(self.part.relief())
+        return self.part.on_slope(stretching(slopes[ground:ground + 1])).beyond(q, slopes, distance)
+
+    def __getattr__(self, name: str) -> Any:
+        answer = Wrapper.__getattr__(self, name)
+        places = aux_places(self.part.questions).get(name) if callable(answer) else None
+        if places is None or not self.part.defines(name):
+            return answer
+        drops, own = name in self.takes_aux and name not in self.part.takes_aux, len(self.part.aux)
+
+        def on_slope(*arguments: Any) -> Any:
             given = [arguments[k] for k in places]
             steepness = stretching(slopes_at(self, given[0] if len(given) == 1 else combine(0.5, given[0], 0.5, given[1])))
             rest = [item[:own] if k in places else item for k, item in enumerate(arguments) if not (drops and k in places)]
-            return getattr(seen_as(self, kind, {}).on_slope(steepness), name)(*rest)
+            return getattr(self.part.on_slope(steepness), name)(*rest)
 
-        return method
-
-    also = {one.name for one in kind.questions if one.also}
-    for name, places in aux_places(kind.questions).items():
-        if kind.defines(name):
-            setattr(OverSlopes, name, answering(name, places, name in also and name not in kind.takes_aux))
-    OverSlopes.takes_aux = frozenset(name for name in also if kind.defines(name))
-    OverSlopes.__name__, OverSlopes.__qualname__ = kind.__name__, kind.__qualname__
-    return OverSlopes
+        return on_slope
 
 
 def slopes_at(model, aux):

@@ -10,9 +10,10 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise.part import Part
-from fvkit.problem.boundary import BoundaryCondition, Outflow, Wall
+from fvkit.problem.boundary import BoundaryCondition, Wall
 from fvkit.problem.directions import SIDES, Direction
-from fvkit.problem.grid import Axis, Grid
+from fvkit.problem.grid import Axis, Grid, Side
+from fvkit.problem.open_ends import Outflow
 
 #: Other names of sides, and what they are called here.
 LIKE = {"left": "west", "right": "east", "bottom": "south", "top": "north"}
@@ -112,16 +113,16 @@ def four_sides(boundary: Any) -> tuple[Any, ...]:
     return tuple(given)
 
 
-def sections(given: Any, left: bool, direction: Direction, grid: Grid, aux: Mapping[str, np.ndarray]) -> tuple[Section, ...]:
+def sections(given: Any, side: Side, direction: Direction, grid: Grid, aux: Mapping[str, np.ndarray]) -> tuple[Section, ...]:
     """Return the sections of one side: the condition of every cell along it, placed on the ground there."""
     along, other = grid.axes[direction.number], grid.axes[1 - direction.number]
-    _check_met(given, other, SIDES[direction.number][0 if left else 1])
+    _check_met(given, other, SIDES[side.axis][int(side.upper)])
     chosen = [given.at(place) if isinstance(given, Along) else given for place in other.centers.tolist()]
     rows = {name: np.moveaxis(values, 1 - direction.number, 0) for name, values in aux.items()}
     found: list[Section] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        ends = [_placed(one, left, direction, along, {name: values[:, lane] for name, values in rows.items()})
+        ends = [_placed(one, side, direction, along, {name: values[:, lane] for name, values in rows.items()})
                 for lane, one in enumerate(chosen)]
     for said in caught[:1]:
         warnings.warn(f"{said.message} (first of {len(caught)} cells of a side)", said.category, stacklevel=2)
@@ -140,6 +141,6 @@ def _check_met(given: Any, axis: Axis, side: str) -> None:
         given = given.otherwise
 
 
-def _placed(end: BoundaryCondition, left: bool, direction: Direction, axis: Axis, aux: Mapping[str, np.ndarray]) -> Any:
-    placed = validation.instance(end.placed(left, direction.model, axis, aux), "placed()", BoundaryCondition)
+def _placed(end: BoundaryCondition, side: Side, direction: Direction, axis: Axis, aux: Mapping[str, np.ndarray]) -> Any:
+    placed = validation.instance(end.placed(side, direction.model, axis, aux), "placed()", BoundaryCondition)
     return placed.turned(direction)

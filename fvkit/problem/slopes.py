@@ -15,17 +15,17 @@ def resolved_steps(values: np.ndarray) -> np.ndarray:
     return np.where(before * after > 0.0, np.sign(before) * np.minimum(np.abs(before), np.abs(after)), 0.0)
 
 
-def end_step(values: np.ndarray, left: bool) -> float:
-    """Return how much lower the ground goes on beyond an end, per cell: the step of the last two cells, at most twice the one
-    before, and 0 where these have different signs. Negative where it rises outwards.
+def end_step(values: np.ndarray) -> float:
+    """Return how much lower the ground goes on beyond an end, per cell, from its cell averages, inwards: the first step, at most
+    twice the next one, and 0 where these have different signs. Negative where it rises outwards.
     """
-    near = values[:3] if left else values[:-4:-1]
+    near = values[:3]
     if len(near) < 3:
         return 0.0
     (step,) = least((near[1] - near[0],), (2.0 * (near[2] - near[1]),))
     return float(step)
 
 
-def end_slope(values: np.ndarray, left: bool) -> float:
-    """Return how much the ground falls outwards at an end, per cell: the median of the last five steps."""
-    return float(np.median(np.diff(values[:6] if left else values[:-7:-1])))
+def end_slope(values: np.ndarray) -> float:
+    """Return how much the ground falls outwards at an end, per cell, from its cell averages inwards: the median of five steps."""
+    return float(np.median(np.diff(values[:6])))

@@ -1,6 +1,7 @@
 """Source terms: the base class `Source`, and given rates, `Forcing`."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import attrs
@@ -190,6 +191,11 @@ def acted_on_map(sources, model, before, after, bearing, aux, dt):
             end = source.driven(model, before, pushed, bearing, aux, dt)
         after = add(after, subtract(end, pushed))
     return after
+
+
+def brought(masses: Sequence[int], before: Sequence[Any], after: Sequence[Any]) -> list[tuple[int, Any]]:
+    """Return what sources have made of the rows ``masses`` of a state, and the number of each; none that they handed on."""
+    return [(k, after[row] - before[row]) for k, row in enumerate(masses) if after[row] is not before[row]]
 
 
 def expected(source, model, before, after, aux, dt):

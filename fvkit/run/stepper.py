@@ -11,6 +11,7 @@ from fvkit import validation
 from fvkit.backends import BACKENDS, March, Outcome, backend_for, make_kernel, threads_for
 from fvkit.backends.march import FILM, MICRO
 from fvkit.output.status import Interrupted, SolveError, Stats, Status
+from fvkit.pointwise.part import unwrapped
 from fvkit.problem.directions import SIDES
 from fvkit.problem.problem import Problem
 from fvkit.run.diagnosis import diagnosis, largest_speed, speeds, wrong_speed
@@ -291,7 +292,7 @@ class Stepper:
         """What each side let in and each source brought of every mass."""
         axes = len(self.problem.grid.axes)
         sides = ENDS if axes == 1 else [side for pair in SIDES for side in pair]
-        sources = [SOURCES] if axes == 1 else numbered([type(one).__name__ for one in self._kernel.parts.beside])
+        sources = [SOURCES] if axes == 1 else numbered([type(unwrapped(one)).__name__ for one in self._kernel.parts.beside])
         return {name: dict(zip(names, row.tolist(), strict=True))
                 for name, row in zip((*sides, *sources), np.concatenate([entered, gained]), strict=False)} if names else {}
 

@@ -10,8 +10,8 @@ from fvkit.problem.directions import Direction
 from fvkit.problem.grid import Grid
 from fvkit.problem.problem import Problem
 from fvkit.problem.questions import check_answers, samples
-from fvkit.problem.relief import over_slopes
-from fvkit.schemes.background import adding_up, given_more, scanning
+from fvkit.problem.relief import OverSlopes
+from fvkit.schemes.background import AddingUp, GivenMore, Scanning
 from fvkit.schemes.cautions import cautioned, says_nothing_of_the_matrix
 from fvkit.schemes.riemann import default_riemann
 from fvkit.schemes.scheme import Parts, Scheme
@@ -60,7 +60,7 @@ def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
         parts = parts._replace(swept=True, across=len(direction.across))
     if problem.model.relief() is not None:
         bends = any(source.bends for source in problem.sources)
-        parts = parts._replace(model=over_slopes(parts.model, len(problem.grid.axes), direction.number, bends))
+        parts = parts._replace(model=OverSlopes(parts.model, len(problem.grid.axes), direction.number, bends))
     of_sources = [field for field in found if isinstance(field, fields.Field)]
     rows = [f"{field.alias} of source {field.position}" for field in of_sources for _ in range(field.size)]
     if parts.across and parts.joint:
@@ -69,7 +69,7 @@ def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
     if not rows:
         return parts
     sources = fields.on_grid(parts.sources, found, own) if found else parts.sources
-    return parts._replace(model=given_more(parts.model, rows), sources=sources)
+    return parts._replace(model=GivenMore(parts.model, tuple(rows)), sources=sources)
 
 
 def _parts_for_model(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
@@ -77,10 +77,10 @@ def _parts_for_model(problem: Problem, scheme: Scheme, direction: Direction) -> 
     model = direction.model
     parts = scheme.parts(model, problem.sources)._replace(dx=problem.grid.axes[direction.number].dx)
     if not model.defines("jump") and says_nothing_of_the_matrix(problem, parts):
-        return parts._replace(model=adding_up(parts.model, parts.riemann.total))
+        return parts._replace(model=AddingUp(parts.model, parts.riemann.total))
     scalar = len(problem.q0) == 1 and not answers.looks_between(model)
     if scalar and not answers.monotone(model, _values(problem), problem.sample()[1]):
-        return parts._replace(model=scanning(parts.model))
+        return parts._replace(model=Scanning(parts.model))
     return parts
 
 

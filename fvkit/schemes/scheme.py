@@ -9,9 +9,10 @@ import numpy as np
 
 from fvkit.problem.model import Model
 from fvkit.problem.sources import Source
-from fvkit.schemes.background import deviation
+from fvkit.schemes.background import Deviation
 from fvkit.schemes.integrators import Integrator
 from fvkit.schemes.limiters import Limiter
+from fvkit.schemes.program import ONE_SWEEP, Program, program
 from fvkit.schemes.reconstruction import Reconstruction
 from fvkit.schemes.riemann import RiemannSolver
 from fvkit.schemes.splitting import Splitting
@@ -19,9 +20,10 @@ from fvkit.schemes.splitting import Splitting
 
 class Parts(NamedTuple):
     """Model, Riemann solver, limiters, sources, cell length and reconstruction, passed to the function of every stage; in sweeps
-    of a grid with two axes (``swept``) the number of momenta ``across``."""
+    of a grid with two axes (``swept``) the number of momenta ``across``. Model and sources may be those of the problem, each seen
+    through a `fvkit.pointwise.part.Wrapper`."""
 
-    model: Model
+    model: Any
     riemann: RiemannSolver
     limiters: tuple[Limiter, ...]
     sources: tuple[Source, ...]
@@ -129,7 +131,7 @@ class Scheme(ABC):
     3. ``cfl`` is the target Courant number; a step above ``cfl_max`` is rejected and repeated.
     4. ``splitting`` is the splitting of transport and sources.
     5. ``time_integrator``, if not None, evaluates the stages several times per step; ``net`` is then minus dx times the rate
-       dq/dt. ``source_stages(parts)`` are the stages of implicit sources.
+       dq/dt. ``source_stages(parts)`` are the stages of implicit sources. ``program`` lists the sweeps of a step.
 
     Attributes
     ----------
@@ -151,6 +153,11 @@ class Scheme(ABC):
     def time_integrator(self) -> Integrator | None:
         """Time integrator of a semi-discrete scheme; None for a fully discrete scheme."""
         return None
+
+    @property
+    def program(self) -> Program:
+        """The sweeps of a step: one, or those of the time integrator."""
+        return ONE_SWEEP if self.time_integrator is None else program(self.time_integrator)
 
     @property
     def wants_cross(self) -> bool:
@@ -182,7 +189,7 @@ class Scheme(ABC):
 
     def around(self, parts: Parts) -> Parts:
         """Return the `Parts` for a problem with a background; by default jumps of the model are relative to the background."""
-        return parts._replace(model=deviation(parts.model))
+        return parts._replace(model=Deviation(parts.model))
 
     def background(self, parts: Parts, flow: np.ndarray, aux: np.ndarray, at_faces: np.ndarray | None) -> np.ndarray:
         """Return the additional aux values of a background, (rows, m); by default its cell averages.

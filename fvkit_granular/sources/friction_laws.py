@@ -145,8 +145,8 @@ class Manning(BasalFriction):
 
     def strength(self, model, h):
         """Return g n^2/h^(4/3), 1/m."""
-        # A power would not be vectorised: exp and log are.
-        return model.g * (self.n * self.n) * np.exp(-4.0 / 3.0 * np.log(h))
+        # A power would not be vectorised: a cube root is.
+        return model.g * (self.n * self.n) / (h * np.cbrt(h))
 
 
 def quadratic(speed, a):

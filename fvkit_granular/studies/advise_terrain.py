@@ -48,8 +48,8 @@ class Effort:
         return self.steps * COST * self.cells * share
 
     def __str__(self) -> str:
-        return (f"about {self.steps:.2g} steps (at {self.speed:.2g} m/s); compiled, some {in_words(self.seconds(0.1))} where the "
-                f"flow covers a tenth of the cells, {in_words(self.seconds(1.0))} where it covers all")
+        return (f"about {float(f'{self.steps:.2g}'):g} steps ({self.speed:.2g} m/s); compiled about "
+                f"{in_words(self.seconds(0.1))} (a tenth wet) to {in_words(self.seconds(1.0))} (all wet)")
 
 
 def effort(scene: Scene, problem: Problem) -> Effort:

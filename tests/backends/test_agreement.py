@@ -196,3 +196,22 @@ def test_step_by_step_is_bit_identical_to_a_compiled_run():
     assert np.array_equal(stepper.q, whole.q[-1])
     assert np.array_equal(observed.q[-1], whole.q[-1])
     assert stepper.stats().steps == whole.stats.steps
+
+
+@pytest.mark.parametrize("dt", [1.0, 10.0, 1e3])
+@pytest.mark.parametrize("model", [fv.Burgers(), gr.ShallowWater()], ids=lambda model: type(model).__name__)
+def test_a_step_that_is_far_too_long_is_shortened_though_its_later_stages_are_no_numbers(model, dt):
+    steppers = []
+    for backend in ("numba", "numpy"):
+        q = np.ones((len(model.conserved), 100))
+        q[0, :50], q[1:] = 2.0, 0.0
+        stepper = fv.Stepper(fv.Problem(model, fv.Grid(0.0, 10.0, 100), q, 1e6), fv.MethodOfLines(fv.HLL()), backend=backend)
+        snapshot = stepper.snapshot()
+        snapshot["real"][1] = dt  # the length of the next step
+        stepper.restore(snapshot)
+        stepper.step()
+        steppers.append(stepper)
+    compiled, plain = steppers
+    assert compiled.stats().rejected == plain.stats().rejected >= 2
+    assert compiled.t == pytest.approx(plain.t, rel=1e-12)
+    np.testing.assert_allclose(compiled.q, plain.q, rtol=0.0, atol=1e-12)

@@ -246,6 +246,15 @@ def test_expm1_of_the_compiled_backend_is_exact_to_a_few_units():
     assert np.isnan(compiled_alone(np.expm1)(np.array([np.nan]))).all()
 
 
+def test_cube_roots_of_the_compiled_backend_are_exact_to_a_unit_also_where_there_is_little_to_take_a_root_of():
+    x = np.concatenate([np.linspace(-700.0, 700.0, 100_001), np.geomspace(5e-324, 1e308, 100_000), 8.0 ** np.arange(-300.0, 300.0)])
+    y, wanted = compiled_alone(np.cbrt)(x), np.cbrt(x)
+    assert (np.abs(y - wanted) <= 2.0 * np.spacing(np.abs(wanted))).all()  # one of ours and one of the library's
+    special = np.array([0.0, -0.0, np.inf, -np.inf, -27.0, np.nan])
+    np.testing.assert_array_equal(compiled_alone(np.cbrt)(special), np.cbrt(special))
+    assert np.signbit(compiled_alone(np.cbrt)(special[:2])).tolist() == [False, True]
+
+
 def test_the_cache_command_shows_and_clears(tmp_path, monkeypatch, capsys):
     from fvkit.cli import main
 

@@ -28,7 +28,7 @@ OPERATIONS = {
     "division": lambda x, y: x / (1.0 + y * y) + 2.0 / (3.0 + x * x), "numpy scalar": lambda x, y: np.float64(2.0) * x - np.float64(1.0) / (2.0 + y * y),
     "comparisons": lambda x, y: np.where(x <= y, 1.0, 0.0) + np.where(x >= 1.0, 2.0, 0.0) + np.where(x == y, 3.0, y), "square": lambda x, y: np.square(x) + np.abs(y),
     "logic of constants": lambda x, y: np.where((((x > 0) & True) | False) & (np.False_ | (y < 1.0)), x, 1.0) + np.where(((x > y) & False) | (True | (x > y)), y, 2.0),
-    "reflection": lambda x, y: (-1.0 - x) + (0.0 - y), "halves": lambda x, y: x / 2.0 - y / 1.0 + 0.0 / (1.0 + y * y),
+    "cube root": lambda x, y: np.cbrt(x) + 1.0 / (1.0 + np.cbrt(y) ** 2), "reflection": lambda x, y: (-1.0 - x) + (0.0 - y), "halves": lambda x, y: x / 2.0 - y / 1.0 + 0.0 / (1.0 + y * y),
     "constants": lambda x, y: 1.0 * x + 0.0 * y - 1.0 * y + 0.0, "negative power": lambda x, y: (1.0 + x * x) ** -1 + (2.0 + y * y) ** -2, "hypot": lambda x, y: np.hypot(x, y),
 }
 

@@ -54,6 +54,7 @@ def main():
     parser.add_argument("trees", nargs="+", help="checkouts; ratios are to the first")
     parser.add_argument("--blocks", type=int, default=15)
     parser.add_argument("--cells", type=int, nargs="+", default=[1000, 100_000])
+    parser.add_argument("--friction", nargs="+", default=["none", "Manning"], choices=["none", "Manning"])
     options = parser.parse_args()
     running = [subprocess.Popen([sys.executable, __file__, "--work", tree], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                                 env={**os.environ, "PYTHONPATH": tree}) for tree in options.trees]
@@ -63,7 +64,7 @@ def main():
         process.stdin.flush()
         return float(process.stdout.readline())
 
-    for friction in (False, True):
+    for friction in [kind == "Manning" for kind in options.friction]:
         for model in MODELS:
             for solver in SOLVERS:
                 for cells in options.cells:

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.runge_kutta import program
 from fvkit.pointwise.polynomial import exchange, polynomial, product_slope
+from fvkit.schemes.program import program
 from fvkit.schemes.riemann import default_riemann
 from tests.cases import PSystem, Traffic, averages, burgers_exact, l1, name_of, orders, solve
 

@@ -8,7 +8,7 @@ import pytest
 
 import fvkit as fv
 from fvkit.problem import answers
-from fvkit.schemes.background import scanning
+from fvkit.schemes.background import Scanning
 from fvkit.schemes.fitting import assemble
 from fvkit.testing.common import BACKENDS
 
@@ -141,7 +141,7 @@ def test_speeds_between_are_what_the_model_says():
     face = (np.ones(1),), (np.zeros(1),), (np.ones(1),), (np.ones(1),)
     assert answers.face_speeds(Said(), *face)[1] == 2.2
     assert answers.face_speeds(WithSides(), *face)[1] == 4.2
-    assert answers.face_speeds(scanning(BuckleyLeverett()), *face)[1] > 2.0
+    assert answers.face_speeds(Scanning(BuckleyLeverett()), *face)[1] > 2.0
     assert error(Said(), 1.0, 0.0, fv.WavePropagation(fv.HLL()), 400) < 0.004
 
 

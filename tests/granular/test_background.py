@@ -5,7 +5,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.schemes.background import deviation
+from fvkit.schemes.background import Deviation
 from fvkit_granular.scenes.library.steady_flow import STEADY, profile, smooth_bump
 from tests.cases import name_of, random_states, solve
 
@@ -91,7 +91,7 @@ def test_far_from_its_background_a_scheme_is_as_accurate_as_without():
 
 
 def test_a_model_seen_from_a_flow_sees_nothing_there_and_splits_as_before():
-    seen, q = deviation(MODEL), tuple(random_states(50, seed=1))
+    seen, q = Deviation(MODEL), tuple(random_states(50, seed=1))
     other = tuple(row[::-1] for row in q)
     bl, br = np.linspace(0.0, 0.3, 50), np.linspace(0.2, 0.1, 50)
     at, nowhere = ((bl, *q), (br, *other)), np.zeros(50)

@@ -244,11 +244,11 @@ def test_one_uneven_cell_near_its_end_does_not_pond_a_river(cell, height, end):
 
 def test_a_slope_is_given_or_seen_and_a_cliff_is_none():
     values = np.array([0.0, 1.0, 2.0, 3.0])
-    assert (end_step(values, True), end_step(values, False)) == (1.0, -1.0)
-    assert end_step(np.array([0.0, 0.1, 0.2, 9.0]), False) == pytest.approx(-0.2)
-    assert end_step(np.array([0.0, -1.0, 5.0]), True) == end_step(np.array([0.0, 1.0]), True) == 0.0
-    assert (end_slope(values, True), end_slope(values, False)) == (1.0, -1.0)
-    assert end_slope(np.array([0.0, 0.1, 0.2, 0.3, 0.4, 9.0]), False) == pytest.approx(-0.1)
+    assert (end_step(values), end_step(values[::-1])) == (1.0, -1.0)
+    assert end_step(np.array([9.0, 0.2, 0.1, 0.0])) == pytest.approx(-0.2)
+    assert end_step(np.array([0.0, -1.0, 5.0])) == end_step(np.array([0.0, 1.0])) == 0.0
+    assert (end_slope(values), end_slope(values[::-1])) == (1.0, -1.0)
+    assert end_slope(np.array([9.0, 0.4, 0.3, 0.2, 0.1, 0.0])) == pytest.approx(-0.1)
     law, h, v, slope = FLOWS["fast"]
     seen = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h), gr.UniformSlope()))
     given = river(law, h, v, (gr.Hydrograph(0.0, h * v, 0.4, depth=h, slope=-slope), gr.UniformSlope(slope)))

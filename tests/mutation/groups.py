@@ -51,6 +51,6 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
         "fvkit/pointwise/tracing.py": _GENERATED,
         **{f"fvkit/backends/compiled/{name}.py": _GENERATED for name in ("llvm", "per_cell", "cell_updates", "generator", "loops")},
         "fvkit/backends/plan.py": _GENERATED,
-        "fvkit/backends/runge_kutta.py": (*_LINES, *_GENERATED),
+        "fvkit/schemes/program.py": (*_LINES, *_GENERATED),
     },
 }

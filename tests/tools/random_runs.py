@@ -13,7 +13,6 @@ from fvkit import MethodOfLines, Model, Problem, Scheme, SolveError, Status, Ste
 from fvkit.backends.compiled import numba_kernel
 from fvkit.backends.compiled.generator import Source
 from fvkit.backends.compiled.numba_kernel import available
-from fvkit.backends.runge_kutta import program
 from fvkit.run.interruption import keeping
 from fvkit.run.progress import Progress, counter
 from fvkit.schemes.scheme import Parts
@@ -122,8 +121,7 @@ def _run(kind: type[Model], scheme: Scheme, scene: RandomScene) -> dict[str, Any
         status, lowest = _march(stepper)
     except Exception as error:
         return named | empty | {"status": f"crashed: {type(error).__name__}: {error}"}
-    sweeps = 1 if scheme.time_integrator is None else len(program(scheme.time_integrator).sweeps)
-    drift, share = _drift(stepper, sweeps)
+    drift, share = _drift(stepper, len(scheme.program.sweeps))
     return named | {"status": status, "ratio": stepper.steps / NOMINAL, "lowest": lowest, "drift": drift, "share": share,
                     "lost": stepper.stats().nonhyperbolic_faces}
 

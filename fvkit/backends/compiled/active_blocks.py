@@ -14,6 +14,9 @@ import numpy as np
 #: Cells of a block along each axis, a multiple of the lines of a tile.
 SIDE = 16
 
+#: Rows and columns of the cells around a block, counted from its first.
+RING = np.argwhere(np.pad(np.zeros((SIDE, SIDE), dtype=bool), 1, constant_values=True)).T - 1
+
 
 class ActiveBlocks:
     """The blocks of a grid (ny, nx) that a step computes.
@@ -43,11 +46,16 @@ class ActiveBlocks:
         """Make active the blocks within one cell of which a padded state is other than 0."""
         if self.every:
             return
-        near = ~self.blocks & (_widened(self.blocks) if self.known else True)
-        self.known = True
         found = self.blocks.copy()
-        for j, i in np.argwhere(near).tolist():
-            found[j, i] = self._around(q, j, i).any()
+        if self.known:  # in what is idle nothing stands
+            near = np.argwhere(~self.blocks & _widened(self.blocks))
+            j, i = (np.clip(SIDE * block[:, None] + cells, 0, n - 1)
+                    for block, cells, n in zip(near.T, RING, self.shape, strict=True))
+            found[*near.T] = q[:, j + self.halo, i + self.halo].view(np.int64).any(axis=(0, 2))
+        else:
+            for j, i in np.argwhere(~self.blocks).tolist():
+                found[j, i] = self._around(q, j, i).any()
+        self.known = True
         self._add(found)
 
     def _around(self, q: np.ndarray, j: int, i: int) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import Any
 from fvkit.backends.compiled.loops import Row, Writer
 from fvkit.backends.kernel import imposed
 from fvkit.pointwise.tracing import Expr
+from fvkit.problem.sources import brought
 from fvkit.schemes.scheme import MASS_FLUX
 
 
@@ -17,11 +18,6 @@ class Ends(Writer):
             q = source.step(self.parts.model, q, aux, dt)
         return q
 
-    def brought(self, before: Any, after: Any) -> list[tuple[int, Any]]:
-        """What sources make of masses between two states, and the number of each mass; none of those they hand on."""
-        return [(k, after[row] - before[row])
-                for k, row in enumerate(self.problem.model.mass_rows()) if after[row] is not before[row]]
-
     def count_brought(self, rows: list[tuple[int, Row]]) -> None:
         """Add rows of what sources bring up in ``ends``, in loops of their own: sums in order are not vectorised."""
         for k, row in rows:
@@ -33,7 +29,8 @@ class Ends(Writer):
     def finished(self, q: Any, aux: Any) -> tuple[Any, list[tuple[int, Any]]]:
         """Symbols of a state after the last part of the sources, settled, and the masses that they add, see `brought`."""
         after = self.act(q, aux, self.after, self.parts.beside[::-1]) if self.scheme.splitting.after > 0.0 else q
-        return self.parts.model.settle(after) if self.problem.model.defines("settle") else after, self.brought(q, after)
+        gains = brought(self.parts.model.mass_rows(), q, after)
+        return self.parts.model.settle(after) if self.problem.model.defines("settle") else after, gains
 
     def good(self, q: Any) -> Any:
         """Symbol of whether a state may be accepted."""
@@ -58,10 +55,10 @@ class Ends(Writer):
             self.emit("for j in range(nt):")
             if name == "opening":
                 new = self.act(state, aux, self.before, self.parts.beside)
-                brought = self.brought(state, new)
+                gains = brought(self.parts.model.mass_rows(), state, new)
             else:
-                new, brought = self.finished(state, aux)
-            lines = [(f"flux[2, {k}] += {{}}", change) for k, change in brought]
+                new, gains = self.finished(state, aux)
+            lines = [(f"flux[2, {k}] += {{}}", change) for k, change in gains]
             if name == "finish":
                 lines.append(("bad = bad | (1 - {})", self.good(new)))
             names = self.assign([*new, *(value for _, value in lines)], 2, fixed=True)

@@ -20,14 +20,15 @@ import attrs
 from fvkit.backends.compiled.cell_updates import Ends
 from fvkit.backends.compiled.llvm import Block, is_condition
 from fvkit.backends.compiled.loops import Row
-from fvkit.backends.kernel import deepness
 from fvkit.backends.march import FILM, MICRO
+from fvkit.backends.numpy_stages import deepness
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.contract import users
 from fvkit.pointwise.rare import chosen, usually
 from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
 from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
+from fvkit.problem.sources import brought
 from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, SPEED, Parts, Scheme, Stage
 
 
@@ -128,9 +129,9 @@ class Generator(Ends):
         if self.opens:  # ghost cells have been filled from cells on which the sources have acted
             q, aux = (self.loaded(self.fields[name], -halo) for name in ("q", "aux"))
             state = self.act(q, aux, self.before, self.parts.beside)
-            brought = self.brought(q, state)
-            counted = [(k, self.new_row(-halo)) for k, _ in brought]
-            changes = [(row, change) for (_, row), (_, change) in zip(counted, brought, strict=True)]
+            gains = brought(self.parts.model.mass_rows(), q, state)
+            counted = [(k, self.new_row(-halo)) for k, _ in gains]
+            changes = [(row, change) for (_, row), (_, change) in zip(counted, gains, strict=True)]
             self.emit(f"for j in range(max({halo} - c0, 0), min({width}, n + {halo} - c0)):")
             self.compute([*zip(self.fields["q"], state, strict=True), *changes], -halo, [], 2)
             self.count_brought(counted)
@@ -245,17 +246,17 @@ class Generator(Ends):
         (low, _), stages = group
         own = self.run(stages, low)
         extra: list[tuple[str, Any]] = []
-        brought: list[tuple[int, Any]] = []
+        gains: list[tuple[int, Any]] = []
         self.emit("bad = 0")
         if self.staged:
             new = tuple(-1.0 * net for net in own[NET])
         else:
             q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
             moved = own.get(NEW) or tuple(row - self.ratio * net for row, net in zip(q, own[NET], strict=True))
-            new, brought = self.finished(moved, aux)
+            new, gains = self.finished(moved, aux)
             extra.append(("bad = bad | (1 - {})", self.good(new)))
-        rows, counted = tuple(self.new_row(0) for _ in new), [(k, self.new_row(0)) for k, _ in brought]
-        changes = [(row, change) for (_, row), (_, change) in zip(counted, brought, strict=True)]
+        rows, counted = tuple(self.new_row(0) for _ in new), [(k, self.new_row(0)) for k, _ in gains]
+        changes = [(row, change) for (_, row), (_, change) in zip(counted, gains, strict=True)]
         self.loop("nt", [*zip(rows, new, strict=True), *changes], 0, extra)
         self.count_brought(counted)
         for k, row in enumerate(rows):

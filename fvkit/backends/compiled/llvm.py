@@ -17,6 +17,7 @@ from typing import Any
 import attrs
 
 from fvkit.backends.compiled.calls import intrinsic
+from fvkit.backends.compiled.cube_roots import cube_root
 from fvkit.backends.compiled.quotients import quotient
 from fvkit.pointwise.tracing import KEEPS_NAN, Expr, needed
 
@@ -252,6 +253,9 @@ class _Emitter:
 
     def _isnan(self, a: Any) -> Any:
         return self.builder.fcmp_unordered("uno", a, a)
+
+    def _cbrt(self, x: Any) -> Any:
+        return cube_root(self, x)
 
     def _exp(self, x: Any) -> Any:
         """exp as 2^k times a polynomial on |r| <= ln(2)/2, to one unit in the last place; below the normal range it is 0."""

@@ -56,7 +56,7 @@ class Writer:
 
     def __init__(self, problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, varies: list[bool], prefix: str = "") -> None:
         self.problem, self.scheme, self.plan, self.varies, self.prefix = problem, scheme, plan, varies, prefix
-        self.staged = scheme.time_integrator is not None
+        self.staged = scheme.program.registers > 0
         self.lines: list[str] = []
         self.graph = Graph()
         self.blocks: list[Block] = []

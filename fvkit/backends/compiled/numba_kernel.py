@@ -6,27 +6,27 @@ import threading
 import time
 import types
 import warnings
-from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from fvkit.backends.compiled import calls, disk_cache, llvm, quotients
+from fvkit.backends.compiled import calls, cube_roots, disk_cache, llvm, quotients
 from fvkit.backends.compiled.calls import Call, Move, address
 from fvkit.backends.compiled.generator import generate
 from fvkit.backends.compiled.loops import SPARE, TILE
-from fvkit.backends.compiled.time_loop import ADDRESSES, driver, staged_driver
+from fvkit.backends.compiled.time_loop import ADDRESSES, LOOP
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.layout import aligned
 from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
-from fvkit.backends.runge_kutta import STATE, TRANSPORT, Program, program
 from fvkit.problem.problem import Problem
+from fvkit.schemes.program import STATE, TRANSPORT, Program
 from fvkit.schemes.scheme import Parts, Scheme
 
-#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` decides what is contracted.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+#: Compiler options of every kernel. No fast-math: NaN and infinity keep their meaning, and `emit` decides what is contracted. No
+#: reference counts: compiled code allocates no arrays.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
 
 #: Seconds after which a compilation is announced.
 ANNOUNCE_AFTER = 1.0
@@ -55,7 +55,8 @@ class Scratch(NamedTuple):
     speeds : largest speeds.
     ends, fluxes : (3, masses) mass fluxes through both ends of a tile and of the grid; behind them what sources bring of each
         mass, summed over the cells.
-    found : faces that lost hyperbolicity: their number, the first, those in films, and the depth of the deepest.
+    found : (2, 4) faces that lost hyperbolicity: their number, the first, those in films, and the depth of the deepest; of the
+        first sweep, and of a later one.
     """
 
     buffer: np.ndarray
@@ -86,7 +87,7 @@ class NumbaKernel(Kernel):
         self.module = module_of("kernel", source.text, source.blocks, {name: kind for name, kind in kinds.items()
                                                                        if f"def {name}(" in source.text})
         self.at = np.array([address(getattr(self.module, name, self.module.tile)) for name in ADDRESSES])
-        self.loop = self._loop(kinds, arguments)
+        self.loop = loop_of(scheme.program, kinds, arguments)
         self.compile_seconds = time.perf_counter() - started
         self._rows = source.rows
         self._prepare(problem, parts)
@@ -103,21 +104,24 @@ class NumbaKernel(Kernel):
         """Lay out the numbers that compiled code takes."""
         every = (*parts.every, *problem.ends)
         self.parameters = np.array([value for part in every for value in part.parameters()] + [parts.dx], dtype=float)
-        self._scratch = self.scratch()
-        self._steady = self.boundary_values(problem.t_start)
+        program, self._scratch = self.scheme.program, self.scratch()
+        self.registers = np.zeros((program.registers, *self.padded(problem.q0).shape))
+        self.sweeps, self.weights = _tables(program)
+        self._steady = self.boundary_values(*[problem.t_start] * len(program.sweeps))
 
     def scratch(self) -> Scratch:
         """Return the working arrays of one thread."""
         row, ends = TILE + SPARE, (3, max(len(self.mass_rows), 1))
-        return Scratch(aligned(self._rows * row), aligned(row), np.zeros(ends), np.zeros(ends), np.zeros(4, dtype=np.int64))
+        return Scratch(aligned(self._rows * row), aligned(row), np.zeros(ends), np.zeros(ends),
+                       np.zeros((2, 4), dtype=np.int64))
 
     def boundary_values(self, *times: float) -> np.ndarray:
-        """What the boundaries give to their ghosts at each time, a row for each side."""
+        """What the boundaries give to their ghosts, (times, sides, values)."""
         given = [values for t in times for values in self.ghost_values(t)]
         result = np.zeros((len(given), max(1, *(len(values) for values in given))))
         for row, values in zip(result, given, strict=True):
             row[:len(values)] = values
-        return result
+        return result.reshape(len(times), -1, result.shape[1])
 
     def advance(self, march: March, target: float, max_steps: int) -> Outcome:
         if self.steady:
@@ -142,53 +146,20 @@ class NumbaKernel(Kernel):
 
     def times(self, t: float, dt: float) -> list[float]:
         """Times at which boundary values are evaluated in a step of length dt from t."""
-        return [t + 0.5 * dt]
-
-    def registers(self) -> tuple[Any, ...]:
-        """What `advance` takes beyond the arguments of every kernel."""
-        return ()
+        return [t + share * dt for share in self.scheme.program.times]
 
     def _advance(self, march: March, target: float, max_steps: int, retries: int, values: np.ndarray) -> Outcome:
         scheme, splitting = self.scheme, self.scheme.splitting
         outcome = self.loop.advance(
             self.at, march.now, march.next, self.aux, self.aux_edges, self.cells, self.problem.grid.dx, target, max_steps,
             retries, *march.bounds, scheme.cfl, scheme.cfl_max, splitting.before, splitting.after, march.stop_when_lost,
-            *self.registers(), self.parameters, values, *self._scratch[:4], march.masses, march.real, march.count,
-            self._scratch[4])
+            self.parameters, values, self.registers, self.sweeps, self.weights, scheme.program.last, *self._scratch,
+            march.masses, march.real, march.count)
         return Outcome(outcome)
-
-    def _loop(self, kinds: dict[str, Any], arguments: Any) -> Any:
-        """The time loop, the same for all kernels."""
-        return loop_of(driver(), {}, kinds, arguments())
-
-
-class StagedNumbaKernel(NumbaKernel):
-    """The same for a scheme with a time integrator: a step is a program of sweeps."""
-
-    def __init__(self, problem: Problem, scheme: Scheme, parts: Parts) -> None:
-        integrator = scheme.time_integrator
-        if integrator is None:
-            raise TypeError(f"{type(scheme).__name__} has no time integrator")
-        self._program = program(integrator)
-        super().__init__(problem, scheme, parts)
-
-    def _prepare(self, problem: Problem, parts: Parts) -> None:
-        super()._prepare(problem, parts)
-        self._registers = (np.zeros((self._program.registers, *self.padded(problem.q0).shape)), *_tables(self._program))
-        self._steady = self.boundary_values(*[problem.t_start] * len(self._program.sweeps))
-
-    def times(self, t: float, dt: float) -> list[float]:
-        return [t + sweep.time * dt for sweep in self._program.sweeps]
-
-    def registers(self) -> tuple[Any, ...]:
-        return (*self._registers, self._program.last)
-
-    def _loop(self, kinds: dict[str, Any], arguments: Any) -> Any:
-        return loop_of(staged_driver(), {"STATE": STATE, "TRANSPORT": TRANSPORT}, kinds, arguments(staged=True))
 
 
 def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
-    """A program as the arrays that the driver of staged schemes reads."""
+    """A program as the arrays that the time loop reads."""
     longest = max(len(sweep.terms) for sweep in steps.sweeps)
     sweeps = np.zeros((len(steps.sweeps), 5 + 2 * longest), dtype=np.int64)
     weights = np.zeros((len(steps.sweeps), 2 + longest))
@@ -202,13 +173,13 @@ def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
     return sweeps, weights
 
 
-def loop_of(text: str, own_constants: dict[str, int], kinds: dict[str, Any], arguments: Any) -> Any:
-    """Return the compiled module of a time loop."""
-    constants = {"TILE": TILE, "SPARE": SPARE, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, **own_constants,
-                 **{item.name: int(item) for item in Outcome}}
+def loop_of(program: Program, kinds: dict[str, Any], arguments: Any) -> Any:
+    """Return the compiled module of the time loop, with or without registers."""
+    constants = {"TILE": TILE, "SPARE": SPARE, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, "STATE": STATE,
+                 "TRANSPORT": TRANSPORT, "REGISTERS": program.registers > 0, **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     calls = tuple(Call(name, kind) for name, kind in kinds.items())
-    return module_of("loop", f"from math import ceil, inf\n\n{lines}\n\n{text}", calls, {"advance": arguments})
+    return module_of("loop", f"from math import ceil, inf\n\n{lines}\n\n\n{LOOP}", calls, {"advance": arguments})
 
 
 #: Modules of this process, by the name that their content gives them; one thread at a time makes one.
@@ -223,7 +194,7 @@ def module_of(prefix: str, text: str, blocks: tuple[Any, ...], entries: dict[str
     """
     import numba
 
-    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (llvm, calls, quotients)]
+    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (llvm, calls, quotients, cube_roots)]
     content = (text, *[block.text() for block in blocks], *compiler, repr(sorted(map(str, OPTIONS.items()))))
     name = f"{prefix}_{disk_cache.key(*content, numba.__version__, np.__version__, sys.version)}"
     with _making:
@@ -251,21 +222,17 @@ def _made(name: str, text: str, blocks: tuple[Any, ...], numba: Any, entries: di
     return module
 
 
-def signatures(numba: Any) -> tuple[dict[str, Any], Callable[..., Any]]:
-    """Return the types of the functions of a kernel, and what gives those of the arguments of ``advance``."""
+def signatures(numba: Any) -> tuple[dict[str, Any], tuple[Any, ...]]:
+    """Return the types of the functions of a kernel, and those of the arguments of ``advance``."""
     real, whole = numba.float64, numba.int64
-    rows, row, counts = real[:, ::1], real[::1], whole[::1]
+    cubes, rows, row, counts = real[:, :, ::1], real[:, ::1], real[::1], whole[::1]
     tile = whole(rows, rows, rows, rows, *(4 * [whole]), real, real, real, row, rows, row, row, rows, counts)
     end = whole(rows, rows, whole, whole, real, real, row, rows)
     kinds = {"tile": tile, "source_tile": tile, "ghosts": numba.void(rows, rows, whole, real, row, rows),
              "extend": numba.void(rows, whole), "opening": end, "finish": end}
 
-    def arguments(staged: bool = False) -> tuple[Any, ...]:
-        registers = (real[:, :, ::1], whole[:, ::1], rows, whole) if staged else ()
-        return (counts, rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, *registers,
-                row, rows, row, row, rows, rows, rows, row, counts, counts)
-
-    return kinds, arguments
+    return kinds, (counts, rows, rows, rows, rows, whole, real, real, whole, whole, *(6 * [real]), numba.boolean, row, cubes,
+                   cubes, whole[:, ::1], rows, whole, row, row, rows, rows, whole[:, ::1], rows, row, counts)
 
 
 def _compile(module: Any, numba: Any, lasting: bool, entries: dict[str, Any]) -> None:

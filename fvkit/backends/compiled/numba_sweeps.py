@@ -13,8 +13,8 @@ from fvkit.backends.compiled.numba_kernel import module_of
 from fvkit.backends.compiled.sweep_tiles import DRIVER, LANES, LENGTH, generate_sweep, signatures
 from fvkit.backends.layout import aligned
 from fvkit.backends.plane_kernel import PlaneKernel
-from fvkit.backends.python_loop import Lost
-from fvkit.backends.sweeps import FIRST, Report, Sweep
+from fvkit.backends.python_loop import Report, counted
+from fvkit.backends.sweeps import FIRST, Sweep
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
@@ -86,11 +86,9 @@ class NumbaSweep(Sweep):
         reports = self._call(self._tiles[0], q, out, aux, other, place, dt / self.axis.dx)
         flux = np.zeros((2, max(1, len(self.model.mass_rows())))) if self.periodic or not self.model.mass_rows() else \
             self._gates.sum(axis=2)
-        found = [scratch[3] for scratch in self._scratch]
-        lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
-        firsts = [int(item[1]) for item in found if item[1] >= 0]
+        lost, first = counted([scratch[3] for scratch in self._scratch])
         speeds = [speed for speed, _ in reports]
-        return Report(float(np.max(speeds)), flux, lost, min(firsts, default=-1), any(bad for _, bad in reports))
+        return Report(float(np.max(speeds)), flux, lost, first, any(bad for _, bad in reports))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
         self._call(self._tiles[1], q, out, aux, aux, FIRST, 0.0)

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from fvkit.backends.compiled.llvm import Block, block, is_condition
-from fvkit.backends.compiled.quotients import BUSY, PRODUCTS, divides_slowly
+from fvkit.backends.compiled.quotients import BUSY, PRODUCTS, SHARING, divides_slowly
 from fvkit.pointwise.tracing import KEEPS_NAN, Expr
 
 #: Instructions that are under way at once, and those that start in a cycle. Windows of 200 to 450 were tried: shallow water with
@@ -21,8 +21,9 @@ LOOP, HANDED = 6.0, 1.5
 
 #: Cycles until a result is there, where it is not `USUAL`, and the instructions of an operation, where they are not one.
 USUAL = 4
-CYCLES = {"/": 14, "sqrt": 20, "sign": 8, "exp": 75, "expm1": 80, "log": 110, "pow": 200, "abs": 1, "neg": 1}
-INSTRUCTIONS = {"sign": 4, f"maximum{KEEPS_NAN}": 3, f"minimum{KEEPS_NAN}": 3, "exp": 36, "expm1": 56, "log": 42, "pow": 120}
+CYCLES = {"/": 14, "sqrt": 20, "cbrt": 80, "sign": 8, "exp": 75, "expm1": 80, "log": 110, "pow": 200, "abs": 1, "neg": 1}
+INSTRUCTIONS = {"sign": 4, f"maximum{KEEPS_NAN}": 3, f"minimum{KEEPS_NAN}": 3, "cbrt": 34, "exp": 36, "expm1": 56, "log": 42,
+                "pow": 120}
 
 #: Largest share of the time of one loop that several may take: each is compiled, and less of a gain is not worth that.
 SHARE = 0.8
@@ -125,25 +126,45 @@ class _Body:
 
 
 def by_products(block: Block) -> frozenset[int]:
-    """Return the quotients of a block to be made of products: all, where the divider would take most of the time, else none.
+    """Return the quotients of a block to be made of products: so many that the divider no longer sets its pace, those first that
+    least else waits for; none where little is gained.
 
-    A long body has other things to do meanwhile, and more instructions lengthen it: there it does not pay.
+    A long body has other things to do meanwhile, and more instructions lengthen it.
     """
-    quotients = frozenset(node.index for node in block.nodes if node.operation == "/")
+    quotients = [node for node in block.nodes if node.operation == "/"]
     if not quotients or not divides_slowly():
         return frozenset()
-    roots = sum(BUSY.get(node.operation, 0.0) for node in block.nodes) - BUSY["/"] * len(quotients)
-    before = max(_running(block, frozenset()), roots + BUSY["/"] * len(quotients))
-    return quotients if max(_running(block, quotients), roots) < PAYS * before else frozenset()
+    busy = sum(BUSY.get(node.operation, 0.0) for node in block.nodes)
+    ways, found = _longest_ways(block), frozenset[int]()
+    times = {found: max(_running(block, found), busy)}
+    for node in sorted(quotients, key=lambda node: ways[node.index]):
+        busy -= BUSY["/"]
+        found |= {node.index}
+        times[found] = max(_running(block, found), busy)
+    before, best = times[frozenset()], min(times, key=lambda found: times[found])
+    return best if times[best] < PAYS * before else frozenset()
+
+
+def _longest_ways(block: Block) -> dict[int, int]:
+    """Cycles of the longest chain of operations through each node."""
+    behind, before = _ahead(block), dict[int, int]()
+    for node in block.nodes:
+        before[node.index] = max((before.get(item.index, 0) + CYCLES.get(item.operation, USUAL)
+                                  for item in node.arguments if isinstance(item, Expr)), default=0)
+    return {index: start + behind[index] for index, start in before.items()}
 
 
 def _running(block: Block, multiplied: frozenset[int]) -> float:
-    """Cycles per vector of a loop over a block with a divider that is never busy, some quotients being ``multiplied``."""
+    """Cycles per vector of a loop over a block with a divider that is never busy, some quotients being ``multiplied``: those with
+    the same denominator share its reciprocal."""
     depth: dict[int, int] = {}
-    count, contracted = 0.0, set(block.fused.values())
+    count, contracted, known = 0.0, set(block.fused.values()), set[Any]()
     for node in block.nodes:
-        instructions, cycles = PRODUCTS if node.index in multiplied else (
-            INSTRUCTIONS.get(node.operation, 1.3), CYCLES.get(node.operation, USUAL))
+        instructions, cycles = INSTRUCTIONS.get(node.operation, 1.3), CYCLES.get(node.operation, USUAL)
+        if node.index in multiplied:
+            below = getattr(node.arguments[1], "index", None)
+            instructions, cycles = SHARING if below in known else PRODUCTS
+            known.add(below)
         count += instructions * (node.index not in contracted)
         ways = (depth.get(item.index, 0) for item in node.arguments if isinstance(item, Expr))
         depth[node.index] = cycles + max(ways, default=0)

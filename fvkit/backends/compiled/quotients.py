@@ -13,8 +13,8 @@ from typing import Any
 #: Cycles for which the divider is busy with a vector, by operation.
 BUSY = {"/": 16.0, "sqrt": 18.0}
 
-#: Instructions of a quotient made of products, and cycles until it is there.
-PRODUCTS = 17, 48
+#: Instructions of a quotient made of products, and cycles until it is there; the same where another has the same denominator.
+PRODUCTS, SHARING = (17, 48), (9, 24)
 
 #: Bits of a first guess of 1/b, less those of b; and those that make inf of 0, 0 of inf, and NaN of NaN, signs included.
 GUESS, SPECIAL = 0x7FDE623822FC16E6, 0x7FF0000000000000

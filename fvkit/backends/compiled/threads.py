@@ -10,7 +10,7 @@ import numpy as np
 from fvkit.backends.compiled.loops import TILE
 from fvkit.backends.compiled.numba_kernel import NumbaKernel
 from fvkit.backends.march import March
-from fvkit.backends.python_loop import Lost, StepwiseKernel, Trial
+from fvkit.backends.python_loop import StepwiseKernel, Trial, counted
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
 
@@ -45,17 +45,17 @@ class ThreadedKernel(StepwiseKernel):
         kernel, splitting = self._kernel, self.scheme.splitting
         if not self.steady_fields:
             self.set_fields(march.t + 0.5 * dt)
+        before = splitting.before * dt
         values = kernel.boundary_values(*kernel.times(march.t, dt))
-        kernel.loop.fill(kernel.at, march.now, self.aux, self.cells, splitting.before * dt, kernel.parameters, values)
-        common = (march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, splitting.before * dt,
-                  splitting.after * dt, kernel.parameters, values)
-        work = [self._pool.submit(partial(kernel.loop.tiles, kernel.at, begin, end, *common, *scratch))
+        kernel.loop.fill(kernel.at, march.now, self.aux, self.cells, before, kernel.parameters, values[0])
+        common = (True, march.now, march.next, self.aux, self.aux_edges, self.cells, dt / self.problem.grid.dx, dt, before,
+                  splitting.after * dt, self.scheme.cfl_max, kernel.parameters, values, kernel.registers, kernel.sweeps,
+                  kernel.weights, self.scheme.program.last)
+        work = [self._pool.submit(partial(kernel.loop.step, kernel.at, begin, end, *common, *scratch))
                 for begin, end, scratch in self._shares]
         reports = [item.result() for item in work]
         speed, bad = max(report[0] for report in reports), any(report[1] for report in reports)
-        found = [scratch.found for _, _, scratch in self._shares]
-        firsts = [int(item[1]) for item in found if item[1] >= 0]
+        lost, first = counted([scratch.found[0] for _, _, scratch in self._shares])
         fluxes = [scratch.fluxes for _, _, scratch in self._shares]
         brought = np.add.reduce([flux[2] for flux in fluxes])
-        lost = Lost(*(int(add(item[k] for item in found)) for k, add in ((0, sum), (2, sum), (3, max))))
-        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought[None], lost, min(firsts, default=-1))
+        return Trial(speed, not bad, np.array([fluxes[0][0], fluxes[-1][1]]), brought[None], lost, first)

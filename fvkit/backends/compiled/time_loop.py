@@ -1,57 +1,122 @@
-"""Source of the compiled time loop: a step over all tiles, and steps up to a time, the same for every kernel."""
+"""Source of the compiled time loop: the sweeps of a step, and steps up to a time, the same for every kernel."""
 
-from textwrap import indent
-
-#: Functions of a kernel whose addresses a loop is given, in this order; the last four those of staged schemes.
+#: Functions of a kernel whose addresses a loop is given, in this order; the last four those of schemes with registers.
 ADDRESSES = ("tile", "ghosts", "opening", "finish", "extend", "source_tile")
 
-#: All tiles from ``begin`` to ``end``: leaves the largest speed, NaN if any is, in ``speed``, whether a state is bad in ``bad``.
-#: Kernels are called by their addresses ``at``, see `ADDRESSES`.
-_STEP = '''\
-found[:] = 0
-found[1] = -1
-lanes = min(n, TILE) + SPARE
-for j in range(lanes):
-    smx[j] = 0.0
-bad = 0
-ends[2, :] = 0.0
-for k in range(begin, end):
-    c0 = k * TILE
-    nt = min(TILE, n - c0)
-    closing = 1 if c0 + nt == n else 0
-    bad = bad | tile(at[0], q, out, aux, edges, n, c0, nt, closing, ratio, before, after, par, values, buf, smx, ends, found)
-    for m in range(flux.shape[1] if k == 0 else 0):  # an array into a slice would make numba compile its message of errors
-        flux[0, m] = ends[0, m]
-for m in range(flux.shape[1]):
-    flux[1, m] = ends[1, m]
-    flux[2, m] = ends[2, m]
-while lanes > 8:
-    half = (lanes + 1) // 2
-    for j in range(lanes - half):
-        other = smx[half + j]
-        smx[j] = other if other > smx[j] or other != other else smx[j]
-    lanes = half
-speed = 0.0
-for j in range(lanes):
-    speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
-'''
+#: Kernels are called by their addresses ``at``, see `ADDRESSES`. A row of ``sweeps`` is a `fvkit.schemes.program.Sweep`:
+#: implicit, state, rate, target (-1: none), number of terms, then register and kind of each; of ``weights``: share, weight of the
+#: end fluxes, then that of each term. A loop without REGISTERS has one sweep, from q to out.
+LOOP = '''\
+def add_up(regs, sweep, weights, first, nt, ratio, h):
+    for m in range(sweep[4]):
+        target = regs[sweep[3]]
+        source = regs[sweep[5 + 2 * m]]
+        kind = sweep[6 + 2 * m]
+        factor = weights[2 + m] * (1.0 if kind == STATE else ratio if kind == TRANSPORT else h)
+        for row in range(target.shape[0]):
+            if m == 0:
+                for j in range(first, first + nt):
+                    target[row, j] = factor * source[row, j]
+            else:
+                for j in range(first, first + nt):
+                    target[row, j] += factor * source[row, j]
 
-#: Ghost cells for threads, which step in a loop of Python.
-_FILL = '''
+
 def fill(at, q, aux, n, before, par, values):
+    """Ghost cells for threads, which share the tiles of a sweep."""
     ghosts(at[1], q, aux, n, before, par, values)
-'''
 
-#: Steps up to a time, before and after the text of one step.
-_BEGIN = '''\
+
+def step(at, begin, end, filled, q, out, aux, edges, n, ratio, h, before, after, cfl_max, par, values, regs, sweeps, weights,
+         last_register, buf, smx, ends, flux, found):
+    """A step of length h on the tiles from ``begin`` to ``end``; the largest speed, NaN if any is, and whether a state is bad."""
+    wide()
+    halo = (q.shape[1] - n) // 2
+    for m in range(flux.shape[1]):  # slices take long to compile
+        flux[0, m] = 0.0
+        flux[1, m] = 0.0
+        flux[2, m] = 0.0
+        ends[2, m] = 0.0
+    speed = 0.0
+    bad = 0
+    state = q
+    rate = out
+    if REGISTERS:
+        for row in range(q.shape[0]):
+            for j in range(halo, halo + n):
+                regs[0, row, j] = q[row, j]
+        if before > 0.0:
+            for k in range(end):
+                c0 = k * TILE
+                opening(at[2], regs[0], aux, c0, min(TILE, n - c0), before, after, par, flux)
+    for s in range(sweeps.shape[0]):
+        kernel = at[0]
+        length = weights[s, 0] * ratio
+        given = values[s]
+        counts = found[0] if s == sweeps[0, 0] else found[1]
+        if REGISTERS:
+            state = regs[sweeps[s, 1]]
+            rate = regs[sweeps[s, 2]]
+        if not filled:
+            ghosts(at[1], state, aux, n, before, par, given)
+        if REGISTERS:
+            if sweeps[s, 0] == 1:
+                extend(at[4], state, n)
+                kernel = at[5]
+                length = weights[s, 0] * h
+        for m in range(4):
+            counts[m] = -1 if m == 1 else 0
+        lanes = min(n, TILE) + SPARE
+        for j in range(lanes):
+            smx[j] = 0.0
+        for k in range(begin, end):
+            c0 = k * TILE
+            nt = min(TILE, n - c0)
+            closing = 1 if c0 + nt == n else 0
+            bad = bad | tile(kernel, state, rate, aux, edges, n, c0, nt, closing, length, before, after, par, given, buf, smx,
+                             ends, counts)
+            if sweeps[s, 0] == 0:
+                for m in range(flux.shape[1]):
+                    if k == 0:
+                        flux[0, m] += weights[s, 1] * ends[0, m]
+                    if closing == 1:
+                        flux[1, m] += weights[s, 1] * ends[1, m]
+            if REGISTERS:
+                add_up(regs, sweeps[s], weights[s], c0 + halo, nt, ratio, h)
+        while lanes > 8:
+            half = (lanes + 1) // 2
+            for j in range(lanes - half):
+                other = smx[half + j]
+                smx[j] = other if other > smx[j] or other != other else smx[j]
+            lanes = half
+        fastest = 0.0
+        for j in range(lanes):
+            fastest = smx[j] if smx[j] > fastest or smx[j] != smx[j] else fastest
+        if fastest == fastest:
+            speed = max(speed, fastest)
+        elif speed * ratio <= cfl_max:  # else the step is too long, whatever later stages say
+            speed = fastest
+    for m in range(flux.shape[1]):
+        flux[2, m] += ends[2, m]
+    if REGISTERS:
+        state = regs[last_register]
+        for k in range(end):
+            c0 = k * TILE
+            bad = bad | finish(at[3], state, aux, c0, min(TILE, n - c0), before, after, par, flux)
+        for row in range(out.shape[0]):
+            for j in range(halo, halo + n):
+                out[row, j] = state[row, j]
+    return speed, bad
+
+
+def advance(at, q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, share_after,
+            stop_when_lost, par, values, regs, sweeps, weights, last_register, buf, smx, ends, flux, found, masses, real, count):
+    """Steps up to a time, see `Kernel.advance`."""
     wide()
     t = real[0]
     dt = real[1]
     outcome = PAUSED
-    halo = (q.shape[1] - n) // 2
     taken = 0
-    begin = 0
-    end = (n + TILE - 1) // TILE
     while taken < max_steps and t < target:
         last = dt >= (target - t) * SHY
         h = target - t if last else dt
@@ -62,11 +127,9 @@ _BEGIN = '''\
         while tries < retries:
             if not last and t + h == t:
                 break
-            ratio = h / dx
-            before = share_before * h
-'''
-
-_END = '''\
+            speed, bad = step(at, 0, (n + TILE - 1) // TILE, False, q, out, aux, edges, n, h / dx, h, share_before * h,
+                              share_after * h, cfl_max, par, values, regs, sweeps, weights, last_register, buf, smx, ends,
+                              flux, found)
             cfl = speed * h / dx
             if cfl <= cfl_max:
                 accepted = True
@@ -86,13 +149,13 @@ _END = '''\
         if bad != 0:
             outcome = BAD_STATE
             break
-        if found[0] > 0:
+        if found[0, 0] > 0:
             if count[2] == 0:
-                count[3] = found[1]
+                count[3] = found[0, 1]
                 real[3] = t
-            count[2] += found[0]
-            count[5] += found[2]
-            count[6] = max(count[6], found[3])
+            count[2] += found[0, 0]
+            count[5] += found[0, 2]
+            count[6] = max(count[6], found[0, 3])
             if stop_when_lost:
                 outcome = LOST_HYPERBOLICITY
                 break
@@ -113,115 +176,3 @@ _END = '''\
         outcome = REACHED
     return outcome
 '''
-
-#: Ghost cells before a step, and the share of the step that sources take after it.
-_GHOSTS = '''\
-ghosts(at[1], q, aux, n, before, par, values)
-after = share_after * h
-'''
-
-#: The same for a scheme with a time integrator: a program of sweeps and sums over registers. A row of ``sweeps`` holds:
-#: implicit, state, rate, target (-1: none), number of terms, then register and kind of each; of ``weights``: share, weight of
-#: the end fluxes, then that of each term.
-_STAGED = '''\
-lanes = min(n, TILE) + SPARE
-for j in range(lanes):
-    smx[j] = 0.0
-bad = 0
-flux[:, :] = 0.0
-lost = 0
-first = -1
-films = 0
-deepest = 0
-for row in range(q.shape[0]):
-    for j in range(halo, halo + n):
-        regs[0, row, j] = q[row, j]
-if before > 0.0:
-    for k in range(end):
-        c0 = k * TILE
-        opening(at[2], regs[0], aux, c0, min(TILE, n - c0), before, after, par, flux)
-for s in range(sweeps.shape[0]):
-    state = regs[sweeps[s, 1]]
-    rate = regs[sweeps[s, 2]]
-    into = sweeps[s, 3]
-    given = values[2 * s:2 * s + 2]
-    ghosts(at[1], state, aux, n, before, par, given)
-    if sweeps[s, 0] == 1:
-        extend(at[4], state, n)
-    found[:] = 0
-    found[1] = -1
-    for k in range(end):
-        c0 = k * TILE
-        nt = min(TILE, n - c0)
-        closing = 1 if c0 + nt == n else 0
-        if sweeps[s, 0] == 1:
-            tile(at[5], state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * h, before, after, par, given, buf, smx,
-                 ends, found)
-        else:
-            tile(at[0], state, rate, aux, edges, n, c0, nt, closing, weights[s, 0] * ratio, before, after, par, given, buf, smx,
-                 ends, found)
-            if k == 0:
-                for m in range(flux.shape[1]):
-                    flux[0, m] += weights[s, 1] * ends[0, m]
-        if into >= 0:
-            add_up(regs, sweeps[s], weights[s], c0 + halo, nt, ratio, h)
-    if sweeps[s, 0] == 0:
-        for m in range(flux.shape[1]):
-            flux[1, m] += weights[s, 1] * ends[1, m]
-        if s == 0 or (s == 1 and sweeps[0, 0] == 1):
-            lost = found[0]
-            first = found[1]
-            films = found[2]
-            deepest = found[3]
-found[0] = lost
-found[1] = first
-found[2] = films
-found[3] = deepest
-speed = 0.0
-for j in range(lanes):
-    speed = smx[j] if smx[j] > speed or smx[j] != smx[j] else speed
-state = regs[last_register]
-for k in range(end):
-    c0 = k * TILE
-    bad = bad | finish(at[3], state, aux, c0, min(TILE, n - c0), before, after, par, flux)
-for row in range(out.shape[0]):
-    for j in range(halo, halo + n):
-        out[row, j] = state[row, j]
-'''
-
-#: A sum of registers over nt entries from ``first``.
-_ADD_UP = '''
-def add_up(regs, sweep, weights, first, nt, ratio, h):
-    for row in range(regs.shape[1]):
-        dst = regs[sweep[3], row, first:first + nt]
-        for m in range(sweep[4]):
-            src = regs[sweep[5 + 2 * m], row, first:first + nt]
-            kind = sweep[6 + 2 * m]
-            factor = weights[2 + m] * (1.0 if kind == STATE else ratio if kind == TRANSPORT else h)
-            if m == 0:
-                for j in range(nt):
-                    dst[j] = factor * src[j]
-            else:
-                for j in range(nt):
-                    dst[j] += factor * src[j]
-'''
-
-
-def _advance(step: str, registers: str = "") -> str:
-    """Return the text of ``advance``; ``registers`` are arguments of a staged step."""
-    arguments = ("at, q, out, aux, edges, n, dx, target, max_steps, retries, least, most, cfl_aim, cfl_max, share_before, "
-                 f"share_after,\n            stop_when_lost, {registers}"
-                 "par, values, buf, smx, ends, flux, masses, real, count, found")
-    return f"\n\ndef advance({arguments}):\n{_BEGIN}{indent(step, 12 * ' ')}{_END}"
-
-
-def driver() -> str:
-    """Return ``tiles`` for threads, each its share, with ``fill`` before, and ``advance`` for one, the same step written out."""
-    arguments = "at, begin, end, q, out, aux, edges, n, ratio, before, after, par, values, buf, smx, ends, flux, found"
-    tiles = f"def tiles({arguments}):\n    wide()\n{indent(_STEP, 4 * ' ')}    return speed, bad\n"
-    return f"{tiles}\n{_FILL}{_advance(_GHOSTS + _STEP)}"
-
-
-def staged_driver() -> str:
-    """Return the driver of staged schemes, whose ghosts are filled sweep by sweep."""
-    return _ADD_UP + _advance("after = share_after * h\n" + _STAGED, "regs, sweeps, weights, last_register, ")

@@ -1,5 +1,6 @@
-"""A Runge-Kutta step as a list of sweeps over the grid and sums of registers, the same for both backends."""
+"""A step as a list of sweeps over the grid and sums of registers, the same for both backends."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import attrs
@@ -49,11 +50,23 @@ class Sweep:
 
 @attrs.frozen
 class Program:
-    """The sweeps of a step, from register 0 to register ``last``, and the number of registers."""
+    """The sweeps of a step, from register 0 to register ``last``, and the number of registers.
+
+    Without registers it is one sweep from the old state to the new one, with the sources and all that makes a state.
+    """
 
     sweeps: tuple[Sweep, ...]
     last: int
     registers: int
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """When each sweep asks the boundaries, in units of dt from the start of the step."""
+        return tuple(sweep.time for sweep in self.sweeps)
+
+
+#: The step of a fully discrete scheme: one sweep, with the boundaries of its middle.
+ONE_SWEEP = Program((Sweep(False, 0, 1, 1.0, 0.5, 1.0, None, ()),), 1, 0)
 
 
 class _Step(NamedTuple):
@@ -69,6 +82,7 @@ class _Step(NamedTuple):
     terms: tuple[tuple[Value, float], ...]
 
 
+@lru_cache(maxsize=64)
 def program(integrator: Integrator) -> Program:
     """Return the program of an integrator, with as few registers as its sums allow."""
     return _assign(_steps(integrator))
