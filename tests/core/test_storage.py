@@ -153,8 +153,12 @@ def test_a_class_of_the_same_name_elsewhere_is_not_taken_for_the_right_one():
         build({"class": "Burgers", "from": "gone"})
 
 
+class TrafficThatMoved(Traffic):
+    """Its name is that of no other class, whatever other tests have defined."""
+
+
 def test_a_class_that_moved_is_found_by_its_name():
-    assert build({"class": "Traffic", "from": "__main__", "limit": 2.0}) == Traffic(2.0)
+    assert build({"class": "TrafficThatMoved", "from": "__main__", "limit": 2.0}) == TrafficThatMoved(2.0)
 
 
 # ---- files that are not what they should be -----------------------------------------------------------------------------
