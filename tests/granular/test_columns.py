@@ -34,7 +34,7 @@ def test_interpolation_is_linear_or_constant_and_covers_the_rows_alone(write):
     x = np.array([0.0, 0.5, 2.0, 3.0, 4.0])
     np.testing.assert_array_equal(gr.Profile.read(path, "h", "linear")(x), [1.0, 1.5, 3.0, 1.5, 0.0])
     np.testing.assert_array_equal(gr.Profile.read(path, "h", "constant")(x), [1.0, 1.0, 3.0, 3.0, 0.0])
-    with pytest.raises(ValueError, match=r"data.csv: column `h` covers x from 0 to 4 m, but x from -1 to 2 m is asked for"):
+    with pytest.raises(ValueError, match=r"data.csv: column `h` covers x from 0 to 4 m, but x from -1 to 2 m is needed: add rows"):
         gr.Profile.read(path, "h", "linear")(np.array([-1.0, 2.0]))
     with pytest.raises(ValueError, match="did you mean linear"):
         gr.Profile.read(path, "h", "linea")

@@ -142,7 +142,7 @@ def test_a_run_on_a_terrain_goes_on_with_its_maps_and_series(folder, capsys):
     fv.solve(scene.problem(gr.TwoPhase), None, scene.times, backend="numpy", limits=fv.Limits(steps=9), throw=False,
              observers=tuple(scene.watch.observers(2).values()), checkpoint=fv.Checkpoint("run.npz", 0.0))
     assert main(["run", "--resume", "run.npz", "--out", "parts"]) == 2
-    assert "give that too, fvkit run SCENE --resume run.npz" in capsys.readouterr().err
+    assert "give the scene too, fvkit run SCENE --resume run.npz" in capsys.readouterr().err
     assert main(["run", "valley.toml", "--resume", "run.npz", "--out", "parts"]) == 0
     names = [path.name for path in (folder / "whole").iterdir() if path.suffix in (".asc", ".csv")]
     assert len(names) == 10
