@@ -116,13 +116,14 @@ REACH, LOST = 10, 0.25
 
 
 def _warn_of_rough_end(name: str, values: np.ndarray, dx: float) -> None:
-    """Warn where the last steps of the ground, from ``values[0]`` on, have lost the slope of its reach."""
+    """Warn where the last steps of the ground, from ``values[0]`` on, have lost the slope of its reach, but not smoothly."""
     steps = np.diff(values[:REACH])  # positive where the ground falls outwards
     if len(steps) < REACH - 1:
         return
     fall, last = float(np.median(steps)), end_slope(values)
     scatter = np.abs(values[:REACH] - values[:REACH].mean() - fall * (np.arange(REACH) - 0.5 * (REACH - 1))).max()
-    if REACH * fall > 2.0 * scatter and last < LOST * fall:
+    bend = np.abs(np.diff(steps[:6], 2)).max()  # 0.5: a smooth end of a valley bends by less
+    if REACH * fall > 2.0 * scatter and last < LOST * fall and bend > 0.5 * fall:
         warnings.warn(f"Outflow: `{name}` falls by {fall:.3g} per cell over the last {REACH} cells, but by {last:.3g} over the "
                       "last five, and goes on from that beyond the end: subcritical flow piles up there. Give the slope beyond "
                       f"the end, fv.Outflow(slope={fall / dx:.3g}), gr.FixedLevel, or smooth the last cells",
