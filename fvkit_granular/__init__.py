@@ -25,7 +25,8 @@ from fvkit_granular.scenes.toml.read import load_scene
 from fvkit_granular.scenes.toml.write import scene_text
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.curvature import Curvature
-from fvkit_granular.sources.drag import ConstantDrag, Drag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.sources.drag import Drag
+from fvkit_granular.sources.drag_laws import ConstantDrag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction import BasalFriction
 from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 from fvkit_granular.sources.rain import Drain, Rain

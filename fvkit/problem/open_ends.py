@@ -34,14 +34,14 @@ class Continued(BoundaryCondition, ABC):
     1. ``ground`` holds, once `placed`, the slopes of the aux functions beyond the end, per metre to the right, and how far
        outside the first ghost cell lies, m, positive to the right. () for a model that defines no `Model.beyond`: all is level.
        It is the last of ``values``.
-    2. ``goes_on(values)`` returns how much lower an aux function goes on, per cell outwards, from its cell averages, inwards.
-       the end inwards.
+    2. ``goes_on(values)`` returns how much lower an aux function goes on, per cell outwards, from its cell averages, from the end
+       inwards.
     3. `beyond` returns the state of a flow there.
 
     Parameters
     ----------
-    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells,
-        where they lie on a slope and at no cliff.
+    slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of ``goes_on``: by
+        default that of the last two cells, where they lie on a slope and at no cliff.
     """
 
     slope: float | None = attrs.field(default=None, kw_only=True, converter=attrs.converters.optional(
@@ -85,8 +85,7 @@ class Outflow(Continued):
     """Open end: the flow continues as in the last cell, a lake at its level, a river at its depth (models with ``beyond``).
 
     Ground that falls outwards continues to fall, at the median of its last five steps; ground that rises continues level, so that
-    no river runs in from above.
-    Keeps rest over any bottom; reflects a little when a shock leaves.
+    no river runs in from above. Keeps rest over any bottom; reflects a little when a shock leaves.
 
     Examples
     --------
@@ -111,8 +110,9 @@ class Outflow(Continued):
         return beyond(self, model, q, values)
 
 
-#: Cells at an end over which its ground has a mean slope; its last five steps have lost that slope below this share of it.
-REACH, LOST = 10, 0.25
+#: Cells at an end over which its ground has a slope; its last five steps have lost that slope below the share ``LOST`` of it, and
+#: not smoothly, as the end of a valley does, where their second differences exceed the share ``BENT``.
+REACH, LOST, BENT = 10, 0.25, 0.5
 
 
 def _warn_of_rough_end(name: str, values: np.ndarray, dx: float) -> None:
@@ -122,8 +122,8 @@ def _warn_of_rough_end(name: str, values: np.ndarray, dx: float) -> None:
         return
     fall, last = float(np.median(steps)), end_slope(values)
     scatter = np.abs(values[:REACH] - values[:REACH].mean() - fall * (np.arange(REACH) - 0.5 * (REACH - 1))).max()
-    bend = np.abs(np.diff(steps[:6], 2)).max()  # 0.5: a smooth end of a valley bends by less
-    if REACH * fall > 2.0 * scatter and last < LOST * fall and bend > 0.5 * fall:
+    bend = np.abs(np.diff(steps[:6], 2)).max()
+    if REACH * fall > 2.0 * scatter and last < LOST * fall and bend > BENT * fall:
         warnings.warn(f"Outflow: `{name}` falls by {fall:.3g} per cell over the last {REACH} cells, but by {last:.3g} over the "
                       "last five, and goes on from that beyond the end: subcritical flow piles up there. Give the slope beyond "
                       f"the end, fv.Outflow(slope={fall / dx:.3g}), gr.FixedLevel, or smooth the last cells",
@@ -154,8 +154,10 @@ class Given(Continued, ABC):
         inwards, aux = -np.sign(self.ground[-1]), [0.0] * len(model.aux)
         for row, slope in zip(model.slope_rows[:1], self.ground, strict=False):
             aux[row] = slope
-        slower = min(inwards * speed for speed in answers.wave_speeds(model, state, tuple(aux))) <= 0.0
-        return tuple(np.nan if slower else float(answers.mass_flux(model, state)[row]) for row in model.mass_rows())
+        if min(inwards * speed for speed in answers.wave_speeds(model, state, tuple(aux))) <= 0.0:
+            return (np.nan,) * len(model.mass_rows())
+        flux = answers.mass_flux(model, state)
+        return tuple(float(flux[row]) for row in model.mass_rows())
 
     def ghost(self, model, q, values):
         return beyond(self, model, values[:len(q)], values)

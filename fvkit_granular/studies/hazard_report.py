@@ -112,16 +112,15 @@ def _fill(content: bytes, file: IO[bytes]) -> None:
 
 def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer, formats: Iterable[str]) -> dict[str, bytes]:
     """Return pictures of a layer over the relief, {format: content}, and take the layer away again."""
-    from fvkit_granular.terrain.maps import lay_over
+    from fvkit_granular.terrain.maps import laid_over
 
     found = {}
-    bar = lay_over(relief, terrain, values / layer.unit, layer.shows, (layer.least or 0.0) / layer.unit)
-    for kind in formats:
-        target = io.BytesIO()
-        relief.figure.savefig(target, format=kind, dpi=120, **({"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}))
-        found[kind] = target.getvalue()
-    bar.remove()
-    bar.mappable.remove()
+    with laid_over(relief, terrain, values / layer.unit, layer.shows, (layer.least or 0.0) / layer.unit):
+        for kind in formats:
+            target = io.BytesIO()
+            options = {"pil_kwargs": {"compress_level": 3}} if kind == "png" else {}
+            relief.figure.savefig(target, format=kind, dpi=120, **options)
+            found[kind] = target.getvalue()
     return found
 
 

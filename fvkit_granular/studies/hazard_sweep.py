@@ -65,18 +65,16 @@ def exceeded(result: SweepResult, thresholds: Mapping[str, tuple[float, ...]]) -
 def write_exceeded(folder: Path, scene: Scene, found: Mapping[str, np.ndarray], ending: str = ".asc") -> list[str]:
     """Write probabilities as rasters on the terrain of a scene, and a map of each; return the names of the files."""
     from fvkit.output.figures import save_all
-    from fvkit_granular.terrain.maps import draw_map, lay_over
+    from fvkit_granular.terrain.maps import draw_map, laid_over
 
     names, relief = [], draw_map(scene.terrain, release=scene.release)
     for what, share in found.items():
         name = "probability_" + what.replace(" >= ", "_")
         write_style(write_raster(folder / f"{name}{ending}", share, scene.terrain), PROBABILITY)
         label = f"probability of {what} {UNITS[what.split()[0]]}"
-        bar = lay_over(relief, scene.terrain, share, label, 0.0, highest=1.0)
         figure: Any = relief.figure
-        save_all(folder, {f"{name}.png": figure})
-        bar.remove()
-        bar.mappable.remove()
+        with laid_over(relief, scene.terrain, share, label, 0.0, highest=1.0):
+            save_all(folder, {f"{name}.png": figure})
         names += [f"{name}{ending}", f"{name}.qml", f"{name}.png"]
     return names
 

@@ -1,6 +1,7 @@
 """Maps of terrains: results over shaded relief, with contour lines, release, scale bar and north (`draw_map`)."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -83,8 +84,7 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
 
 
 def lay_over(target: Axes, terrain: Terrain, values: Any, label: str, above: float, highest: float | None = None) -> Any:
-    """Draw results, see `draw_map`, over the relief of a terrain, and return their colour bar, whose ``remove`` and that of
-    its ``mappable`` take them away again."""
+    """Draw results, see `draw_map`, over the relief of a terrain, and return their colour bar."""
     given = validation.floats(values, "values")
     if given.shape != terrain.grid.shape:
         raise ValueError(f"`values` must have the shape of the terrain, {terrain.grid.shape}, got {given.shape}")
@@ -94,6 +94,16 @@ def lay_over(target: Axes, terrain: Terrain, values: Any, label: str, above: flo
                           origin="lower", interpolation="none", alpha=0.85)
     return target.figure.colorbar(image, ax=target, label=label, shrink=0.7,
                                   extend="max" if highest is not None and seen.max() > highest else "neither")
+
+
+@contextmanager
+def laid_over(target: Axes, terrain: Terrain, values: Any, label: str, above: float,
+              highest: float | None = None) -> Iterator[None]:
+    """Let results lie over the relief of a terrain, see `lay_over`, and take them away afterwards."""
+    bar = lay_over(target, terrain, values, label, above, highest)
+    yield
+    bar.remove()
+    bar.mappable.remove()
 
 
 def film_map(solution: Solution, terrain: Terrain, path: str | Path, release: Release | None = None, above: float = 0.01,
@@ -119,11 +129,9 @@ def film_map(solution: Solution, terrain: Terrain, path: str | Path, release: Re
 
     def frames() -> Iterator[None]:
         for t, h in zip(solution.t, depths, strict=True):
-            bar = lay_over(relief, terrain, h, "depth, m", above, max(deepest, above))
             relief.set_title(f"t = {t:.4g} s", fontsize=9)
-            yield
-            bar.remove()
-            bar.mappable.remove()
+            with laid_over(relief, terrain, h, "depth, m", above, max(deepest, above)):
+                yield
 
     return write_film(path, relief.figure.figure, frames(), fps)
 

@@ -141,9 +141,10 @@ def test_a_run_without_end_is_given_up_with_a_name(monkeypatch):
     assert one["status"] == "max_steps"
 
 
-def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize("settings", [SETTINGS, INFLOWS], ids=["in turn", "inflow"])
+def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_path, capsys, monkeypatch, settings):
     monkeypatch.setattr(random_runs, "COLLAPSE", 1)
-    report = random_stress(24, 1, ["shallow-water"], ["hll"], (1,), workers=1)
+    report = random_stress(24, 1, ["shallow-water"], ["hll"], (1,), workers=1, settings=settings)
     kept = report.save(tmp_path / "kept")
     document = json.loads((kept / "report.json").read_text())
     assert document["rows"][0]["problems"] == 24
@@ -157,7 +158,7 @@ def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_pat
     assert told.split("  # ")[1].startswith(f"max_steps: {first['class']}")
     words = shlex.split(told, comments=True)
     assert words == ["python", "-m", "tests.tools.random_scenes", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
-                     "--riemann", "hll", "--orders", "1"]
+                     "--riemann", "hll", "--orders", "1", *["--inflow"] * (settings is INFLOWS)]
     assert main([*words[3:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
     assert "0 finished, 1 collapsed, 0 broken" in capsys.readouterr().out
 

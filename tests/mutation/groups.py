@@ -25,6 +25,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "sources": {
         "fvkit/problem/sources.py": (f"{CORE}stepping.py", f"{CORE}contract.py", f"{GRANULAR}drag.py", f"{GRANULAR}friction.py"),
         "fvkit_granular/sources/drag.py": (f"{GRANULAR}drag.py", f"{GRANULAR}conformance.py", _NUMBERS),
+        "fvkit_granular/sources/drag_laws.py": (f"{GRANULAR}drag.py", f"{GRANULAR}conformance.py", _NUMBERS),
         "fvkit_granular/sources/friction.py": (f"{GRANULAR}friction.py", f"{GRANULAR}conformance.py", _NUMBERS),
         "fvkit_granular/sources/friction_laws.py": (f"{GRANULAR}friction.py", f"{GRANULAR}conformance.py", _NUMBERS),
     },

@@ -19,7 +19,7 @@ from fvkit.studies.tables import table
 from fvkit_granular.cli.advise import model_errors
 from fvkit_granular.cli.options import progress_line
 from fvkit_granular.scenes.scene import Scene
-from fvkit_granular.sources.drag import ConstantDrag
+from fvkit_granular.sources.drag_laws import ConstantDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction
 from fvkit_granular.studies.advise import decide
 from fvkit_granular.studies.model_error_indicators import indicators

@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import Grid, Inflow, Model, Outflow, Periodic, Problem, Source, Wall
 from fvkit_granular.boundaries import Hydrograph
-from fvkit_granular.sources.drag import ConstantDrag, VelocityDrag
+from fvkit_granular.sources.drag_laws import ConstantDrag, VelocityDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 
 #: Cells of the metre that a scene is long.

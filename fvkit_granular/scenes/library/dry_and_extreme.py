@@ -11,7 +11,7 @@ from fvkit_granular.scenes.reference import FunctionReference, one_velocity, sti
 from fvkit_granular.scenes.scene import Scene, two_states
 from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.shapes import Block
-from fvkit_granular.sources.drag import ConstantDrag
+from fvkit_granular.sources.drag_laws import ConstantDrag
 
 #: Solid fraction where it is uniform.
 PHI = 0.6

@@ -11,7 +11,7 @@ from fvkit_granular.scenes.reference import FunctionReference, one_velocity, sti
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.shapes import Block, Plane, Step
-from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag
+from fvkit_granular.sources.drag_laws import ConstantDrag, PitmanLeDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction
 
 #: Density of air over that of grains: dry piles carry their full weight in every model, to 0.05 %.

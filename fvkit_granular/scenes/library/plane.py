@@ -16,7 +16,7 @@ from fvkit_granular.scenes.reference import FunctionReference, one_velocity, sti
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.shapes import Block, Gaussian, PiecewiseLinear, Step
-from fvkit_granular.sources.drag import ConstantDrag
+from fvkit_granular.sources.drag_laws import ConstantDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction
 
 

@@ -23,7 +23,7 @@ from fvkit_granular.scenes.toml.table import Table, read_toml
 from fvkit_granular.scenes.toml.terrain import gaps_of, hydrographs_of, release_of, terrain_of, with_rasters
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.curvature import Curvature
-from fvkit_granular.sources.drag import ConstantDrag, PitmanLeDrag, VelocityDrag
+from fvkit_granular.sources.drag_laws import ConstantDrag, PitmanLeDrag, VelocityDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction, Manning, Voellmy
 from fvkit_granular.terrain.path import read_path
 from fvkit_granular.terrain.terrain import Terrain
