@@ -50,7 +50,7 @@ default_role = "py:obj"
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.pointwise\.part\.Part|fvkit\.testing\.common\.\w+"),
-    ("py:class", r"fvkit\.problem\.boundary\.(Given|Continued)"),
+    ("py:class", r"fvkit\.problem\.open_ends\.(Given|Continued)"),
     ("py:class", r"fvkit_granular\.models\.shallow_flow\.ShallowFlow"),
     # Modules without a page: named for those who read the code.
     ("py:obj", r"fvkit\.(backends|output|pointwise|problem|run|schemes|studies|sweeps|validation|files)\b.*"),
