@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from fvkit import validation
 from fvkit.output.figures import COLORS, new_axes
-from fvkit.output.status import Results
+from fvkit.output.results import Results
 from fvkit.problem.answers import wave_speeds
 from fvkit.problem.directions import quantities, speed_name, vectors
 from fvkit.problem.grid import NAMES, Grid

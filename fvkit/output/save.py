@@ -6,7 +6,7 @@ from pathlib import Path
 from fvkit import validation
 from fvkit.output.configuration import configuration_of
 from fvkit.output.npz import FORMAT, write_archive
-from fvkit.output.status import Results
+from fvkit.output.results import Results
 from fvkit.problem.grid import NAMES
 
 

@@ -25,7 +25,8 @@ from fvkit.schemes.wave_propagation import WavePropagation
 from fvkit.studies.convergence import averaging
 from fvkit.studies.cost import predicted
 from fvkit.studies.fine_grid_reference import fine_grid_reference, fine_scheme
-from fvkit.studies.report import Profile, Report, Row, environment, observed_orders
+from fvkit.studies.report import Report, Row, environment, observed_orders
+from fvkit.studies.report_data import Profile
 from fvkit.studies.scheme_names import describe, settings
 
 ProblemOf = Callable[[int], Problem]
