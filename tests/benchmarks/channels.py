@@ -164,7 +164,7 @@ def dressler():
 
 def basin_errors(scheme, cells, periods=5, backend="auto"):
     """Return mean |h - exact|, m, and |q - exact| of Thacker's plane after some periods."""
-    solved, grid = exact.ThackerBasin(), fv.Grid(0.0, 4.0, cells)
+    solved, grid = exact.thacker_basin(), fv.Grid(0.0, 4.0, cells)
     t = periods * solved.period
     start = flow_means(solved, 0.0, grid, solved.shores(0.0))
     problem = fv.Problem(gr.ShallowWater(g=G), grid, start, t, {"b": means(solved.bottom, grid.edges)}, fv.Wall())
