@@ -14,8 +14,8 @@ import sys
 import numpy as np
 
 from fvkit_granular import exact
-from tests.benchmarks.chapter import G, table
 from tests.benchmarks.channels import Dressler, bump
+from tests.benchmarks.chapter import G, table
 from tests.benchmarks.macdonald import CHANNELS, LENGTH, RAINY, levels
 
 CELLS = 1000
