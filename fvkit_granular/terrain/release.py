@@ -10,7 +10,7 @@ from fvkit.studies.tables import table
 from fvkit_granular.sources.plausible import caution
 from fvkit_granular.terrain import crs as systems
 from fvkit_granular.terrain import features
-from fvkit_granular.terrain.features import Feature, check_apart, is_vector, read_features
+from fvkit_granular.terrain.features import Feature, is_vector, read_features, separate
 from fvkit_granular.terrain.rasters import cells_of
 from fvkit_granular.terrain.terrain import SAME_CELLS, Terrain
 
@@ -159,16 +159,13 @@ def read_release(source: Any, terrain: Terrain, thickness: float | None = None, 
 
 def _of_features(found: list[Feature], terrain: Terrain, thickness: float | None, solid: float | None, measured: str,
                  stretch: np.ndarray) -> Release:
-    covered, h, solids, parts = np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), []
+    h, solids, parts = np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), []
     fractions = [_solid(feature) if solid is None else solid for feature in found]
     if None in fractions and any(fraction is not None for fraction in fractions):
         raise ValueError(f"{found[fractions.index(None)].where}: solid_fraction must be given for every feature or for none: "
                          "give it, or the argument `solid_fraction`")
-    for feature, fraction in zip(found, fractions, strict=True):
+    for (feature, share), fraction in zip(separate(found, terrain, _share), fractions, strict=True):
         depth = _thickness(feature) if thickness is None else thickness
-        share = _share(feature, terrain)
-        covered += share
-        check_apart(covered, terrain, feature)
         own = share * depth * stretch
         h += own
         solids += own * (fraction or 0.0)
@@ -204,11 +201,7 @@ def _share(feature: Feature, terrain: Terrain) -> np.ndarray:
 
 def area_shares(source: Any, terrain: Terrain) -> np.ndarray:
     """Return the share of each cell, (ny, nx), that polygons cover; see `read_release` for ``source`` and mistakes in it."""
-    covered = np.zeros(terrain.grid.shape)
-    for feature in read_features(source, terrain):
-        covered += _share(feature, terrain)
-        check_apart(covered, terrain, feature)
-    return covered
+    return np.sum([share for _, share in separate(read_features(source, terrain), terrain, _share)], axis=0)
 
 
 def check_inside(feature: Feature, terrain: Terrain) -> None:

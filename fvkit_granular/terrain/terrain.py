@@ -190,6 +190,13 @@ class Terrain:
         """Return depressions: ``count``, ``volume``, m^3, ``deepest``, m. Water leaves at edges and into cells without data."""
         return relief.depressions(self.bottom, self.missing, self.grid)
 
+    def cells(self, values: Any, name: str) -> np.ndarray:
+        """Return values of the cells, (ny, nx), finite or not, as floats, or raise naming ``name``."""
+        found = validation.floats(values, name)
+        if found.shape != self.grid.shape:
+            raise ValueError(f"`{name}` must have the shape of the terrain, {self.grid.shape}, got {found.shape}")
+        return found
+
     def check_on_grid(self, grid: Grid, where: object) -> None:
         """Raise ValueError, naming ``where``, if another grid differs from the terrain's by more than a thousandth of a cell."""
         for letter, own, other in zip("xy", self.grid.axes, grid.axes, strict=True):
