@@ -94,22 +94,12 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
         raise ValueError("`problems` must hold at least one function of the number of cells, got {}")
     for problem_of in named.values():
         validation.function(problem_of, "problems", "of the number of cells")
-    counts = tuple(validation.whole(count, "cells", at_least=1) for count in validation.listed(cells, "cells", "[100, 200]"))
-    if not counts:
-        raise ValueError("`cells` must not be empty")
-    runs: list[Run] = []
-    refusals: list[str] = []
+    counts, repetitions, budget, tell = limits_of(cells, repeats, seconds, progress)
     coarse = {label: validation.instance(problem_of(counts[0]), "problems(n)", Problem, "a function of the number of cells")
               for label, problem_of in named.items()}
-    for label, problem_of in named.items():
-        problem = coarse[label]
-        chosen = _default_schemes(problem) if schemes is None else validation.listed(schemes, "schemes", SCHEMES)
-        found, refused = runs_of(label or public_name(problem.model), problem_of, problem, chosen, counts)
-        runs, refusals = runs + found, refusals + refused
-    if not runs:
-        raise ValueError("`schemes` serve none of the models: " + (refusals[0] if refusals else "there are none"))
-    budget = None if seconds is None else validation.real(seconds, "seconds", above=0.0)
-    tell = (lambda line: None) if progress is None else validation.function(progress, "progress", "of a line of text")
+    given = None if schemes is None else validation.listed(schemes, "schemes", SCHEMES)
+    models = [(label or public_name(problem.model), named[label], problem) for label, problem in coarse.items()]
+    runs = runs_of(models, given, counts)
     first = next(iter(named.values()))
     if reference is not None:
         averaging(reference)
@@ -119,8 +109,19 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
         model = next(iter(coarse.values())).model
         high = any(run.scheme.time_integrator is not None for run in runs)
         reference = fine_grid_reference(first, fine_scheme(model, high), counts, backend, budget, tell)
-    given = Comparison(name, runs[0].label, partial(first, max(counts)), reference)
-    return given.measure(runs, validation.whole(repeats, "repeats", at_least=1), backend, budget, tell)
+    comparison = Comparison(name, runs[0].label, partial(first, max(counts)), reference)
+    return comparison.measure(runs, repetitions, backend, budget, tell)
+
+
+def limits_of(cells: Any, repeats: Any, seconds: Any, progress: Any
+              ) -> tuple[tuple[int, ...], int, float | None, Callable[[str], None]]:
+    """Return these arguments of a comparison, checked: cells, repeats, budget of a run, s, and the function told of each run."""
+    counts = tuple(validation.whole(count, "cells", at_least=1) for count in validation.listed(cells, "cells", "[100, 200]"))
+    if not counts:
+        raise ValueError("`cells` must not be empty")
+    return (counts, validation.whole(repeats, "repeats", at_least=1),
+            None if seconds is None else validation.real(seconds, "seconds", above=0.0),
+            (lambda line: None) if progress is None else validation.function(progress, "progress", "of a line of text"))
 
 
 #: An example of `schemes`, for messages.
@@ -152,20 +153,29 @@ class Run(NamedTuple):
         return self.problem_of, self.scheme
 
 
-def runs_of(label: str, problem_of: ProblemOf, problem: Problem, schemes: Sequence[Scheme], cells: tuple[int, ...]
-            ) -> tuple[list[Run], list[str]]:
-    """Return the runs of one problem with every scheme that serves it, and the sentences of those that do not."""
-    result, refusals = [], []
-    for scheme in schemes:
-        try:
-            validation.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())")
-            scheme.parts(problem.model, problem.sources)
-            check_axes(scheme, problem.grid)
-        except ValueError as refusal:
-            refusals.append(str(refusal))
-        else:
-            result += [Run(label, problem_of, scheme, count) for count in cells]
-    return result, refusals
+def runs_of(problems: Sequence[tuple[str, ProblemOf, Problem]], schemes: Sequence[Scheme] | None, cells: tuple[int, ...]
+            ) -> list[Run]:
+    """Return the runs of each problem with every scheme that serves it, the default ones where ``schemes`` is None.
+
+    Parameters
+    ----------
+    problems : label, problem by the number of cells, and the problem on the first grid.
+    """
+    runs: list[Run] = []
+    refusals = ["there are none"]
+    for label, problem_of, problem in problems:
+        for scheme in _default_schemes(problem) if schemes is None else schemes:
+            try:
+                validation.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())")
+                scheme.parts(problem.model, problem.sources)
+                check_axes(scheme, problem.grid)
+            except ValueError as refusal:
+                refusals.append(str(refusal))
+            else:
+                runs += [Run(label, problem_of, scheme, count) for count in cells]
+    if not runs:
+        raise ValueError(f"`schemes` serve none of the models: {refusals[:2][-1]}")
+    return runs
 
 
 def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
