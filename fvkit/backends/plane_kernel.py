@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from fvkit.backends.layout import padded_rows
-from fvkit.backends.march import March, step_length
+from fvkit.backends.march import March
 from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
 from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial, together
+from fvkit.backends.step_length import step_length
 from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fvkit.backends.kernel import Kernel
-from fvkit.backends.march import FILM, MICRO, SHORTEST, March, Outcome, step_length
+from fvkit.backends.march import FILM, MICRO, March, Outcome
+from fvkit.backends.step_length import shortened, step_length
 
 
 class Lost(NamedTuple):
@@ -122,7 +123,7 @@ class StepwiseKernel(Kernel):
                 outcome = Outcome.PAUSED if isfinite(cfl) and report.good else Outcome.BAD_STATE
                 break
             rejected += 1
-            dt, last = dt * max(scheme.cfl / cfl, SHORTEST), False
+            dt, last = shortened(dt, cfl, scheme.cfl), False
             if not self.steady:
                 dt, last = self.length(march, dt, target)
         if outcome is not Outcome.PAUSED:

@@ -17,7 +17,7 @@ from fvkit.output.status import Status
 from fvkit.run.control import Control
 from fvkit.run.observers import Observer
 from fvkit.run.recording import Snapshots
-from fvkit.run.step_length import intervals
+from fvkit.run.step_bounds import intervals
 from fvkit.run.stepper import Stepper
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.problem.directions import observables
 from fvkit.problem.problem import Problem
-from fvkit.run.step_length import intervals
+from fvkit.run.step_bounds import intervals
 from fvkit.run.stepper import Stepper
 
 

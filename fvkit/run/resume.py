@@ -19,7 +19,7 @@ from fvkit.run.checkpoint import Checkpoint, restore_records
 from fvkit.run.control import Control, Limits
 from fvkit.run.recording import InMemory
 from fvkit.run.solve import run_to_end
-from fvkit.run.step_length import Step
+from fvkit.run.step_bounds import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop
 from fvkit.schemes.scheme import Scheme

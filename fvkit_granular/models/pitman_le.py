@@ -7,7 +7,7 @@ import numpy as np
 
 from fvkit import maximum, minimum, where
 from fvkit_granular.models.mixture import Mixture
-from fvkit_granular.models.pressure_coupled import ROUNDING
+from fvkit_granular.models.roe_decomposition import ROUNDING
 from fvkit_granular.models.spectrum import discriminant
 from fvkit_granular.models.two_masses import moving, primitive
 from fvkit_granular.models.wet_dry import TINY

@@ -8,7 +8,7 @@ from fvkit.output.citation import Work
 from fvkit.pointwise.polynomial import exchange, product_slope, total
 from fvkit_granular.models.literature import PELANTI_2008
 from fvkit_granular.models.mixture import Mixture
-from fvkit_granular.models.pressure_coupled import PressureCoupled
+from fvkit_granular.models.roe_decomposition import PressureCoupled
 from fvkit_granular.models.two_masses import advected
 from fvkit_granular.models.wet_dry import threshold
 

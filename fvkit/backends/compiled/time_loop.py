@@ -118,10 +118,10 @@ def advance(at, q, out, aux, edges, n, dx, target, max_steps, retries, least, mo
     outcome = PAUSED
     taken = 0
     while taken < max_steps and t < target:
-        last = dt >= (target - t) * SHY
+        last = dt >= (target - t) * NEARLY_ONE
         h = target - t if last else dt
-        if not last and target - t < EVEN * dt:
-            h = (target - t) / ceil((target - t) / dt * SHY)
+        if not last and target - t < EQUALISED * dt:
+            h = (target - t) / ceil((target - t) / dt * NEARLY_ONE)
         tries = 0
         accepted = False
         while tries < retries:

@@ -8,7 +8,7 @@ import numpy as np
 from fvkit.pointwise import TINY, add, combine, maximum, scale, subtract, where
 from fvkit.problem.answers import end_speeds, face_speeds, looks_between, wave_speeds
 from fvkit.schemes.scheme import SPEED, Parts, Read, Stage, here
-from fvkit.schemes.stages.dry_fallback import distrusted, fall_back
+from fvkit.schemes.stages.dry_fallback import blend_with_relaxation, needs_fallback
 from fvkit.schemes.stages.fluctuations import fluctuations, half_signs, riemann_problem
 
 #: Share of a speed that the speed of a jump may be off by rounding.
@@ -43,8 +43,8 @@ def face_stages(parts: Parts, face: Mapping[str, Read], fixes: bool, waves: bool
     if model.defines("relaxation") and not riemann.positive:
         first = (*BOTH, SPEED)
         every = (*first, "speeds", "waves") if waves else (*first, "speeds") if fixes else first
-        result.append(Stage(fall_back, {**face, **here(*every)}, every if waves else first,
-                            guard=distrusted_or_fixed if fixes else distrusted))
+        result.append(Stage(blend_with_relaxation, {**face, **here(*every)}, every if waves else first,
+                            guard=needs_fallback_or_fix if fixes else needs_fallback))
     return result
 
 
@@ -61,9 +61,9 @@ def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, **others):
     return found | (turning(parts.model, ql, qr, auxl, auxr) > np.abs(speeds[0])) if composite(parts.model) else found
 
 
-def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left_going, speeds, **others):
+def needs_fallback_or_fix(parts, ratio, ql, qr, auxl, auxr, left_going, speeds, **others):
     """Whether a face needs the fallback, perhaps after the entropy fix."""
-    return distrusted(parts, ratio, ql, qr, auxl, auxr, left_going) | transonic(parts, ratio, ql, qr, auxl, auxr, speeds)
+    return needs_fallback(parts, ratio, ql, qr, auxl, auxr, left_going) | transonic(parts, ratio, ql, qr, auxl, auxr, speeds)
 
 
 def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left_going, right_going):
