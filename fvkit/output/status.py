@@ -119,4 +119,11 @@ class SolveError(Portable, RuntimeError):
 
 
 class Interrupted(SolveError, KeyboardInterrupt):
-    """Exception of a run interrupted by Ctrl-C: a `SolveError` with the partial solution, and a KeyboardInterrupt."""
+    """Exception of a run interrupted by Ctrl-C: a `SolveError` with the partial solution, and a KeyboardInterrupt.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> issubclass(fv.Interrupted, fv.SolveError) and issubclass(fv.Interrupted, KeyboardInterrupt)
+    True
+    """

@@ -110,7 +110,8 @@ class MethodOfLines(Scheme):
         beside = [type(source).__name__ for source in sources if not source.defines("driven")]
         if beside:
             warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(beside)} with the transport: the run is of "
-                          "second order in time. fv.WavePropagation has that order too, at less cost", stacklevel=2)
+                          "second order in time. fv.WavePropagation has that order too, at less cost; for a higher one integrate "
+                          "fv.rhs and the source with scipy.integrate.solve_ivp", stacklevel=2)
         return Parts(model, self.riemann, (), sources, reconstruction=self.reconstruction)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:

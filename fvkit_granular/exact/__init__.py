@@ -12,11 +12,11 @@ function                         solves                                        k
 `periodic_flow`                  smooth periodic flow, full model              self-converged pseudo-spectral measured, 1e-11
 `steady_flow`, `bernoulli_depth` steady flow over a bottom                     exact          Bernoulli       rounding
 `gr.steady`                      steady flow of two phases or layers, any slip exact          derived here    1e-12
-`UniformDrag`                    decay of the slip in a uniform state          exact          derived here    rounding
-`Accelerated`                    sliding down a plane with Coulomb friction    as inside      derived here    as inside
+`uniform_drag`                   decay of the slip in a uniform state          exact          derived here    rounding
+`accelerated`                    sliding down a plane with Coulomb friction    as inside      derived here    as inside
 `sliding_acceleration`           the acceleration of that motion               exact          derived here    rounding
 `block_stop`                     a block that friction stops                   exact          derived here    rounding
-`ThackerBasin`                   rocking plane in a parabolic basin            exact          Thacker         rounding
+`thacker_basin`                  rocking plane in a parabolic basin            exact          Thacker         rounding
 `ThackerBowl`                    plane or paraboloid in a round basin          exact          Thacker         rounding
 `Vortex`                         vortex of shallow water, also carried along   exact          derived here    rounding
 `TwoPhaseVortex`                 vortex of two phases with slip over a bottom  exact          derived here    rounding
@@ -31,15 +31,15 @@ is invariant. States are given as (h, phi, vs, vf), (h, phi, v) or (h, v); every
 """
 
 from fvkit_granular.exact.bernoulli import bernoulli_depth, critical_depth, steady_flow
-from fvkit_granular.exact.drag import UniformDrag
+from fvkit_granular.exact.drag import UniformDrag, uniform_drag
 from fvkit_granular.exact.periodic_flow import PeriodicFlow, periodic_flow
 from fvkit_granular.exact.radial import RadialDamBreak
 from fvkit_granular.exact.reduced import ReducedRiemann, ReducedState, reduced_riemann
-from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, shallow_water_riemann
+from fvkit_granular.exact.shallow_water import ShallowWaterRiemann, ShallowWaterState, shallow_water_riemann
 from fvkit_granular.exact.simple_wave import SimpleWave, hump, simple_wave
-from fvkit_granular.exact.sliding import Accelerated, block_stop, sliding_acceleration
+from fvkit_granular.exact.sliding import Accelerated, accelerated, block_stop, sliding_acceleration
 from fvkit_granular.exact.states import NoFourWaveSolution, TwoPhaseState, Wave
-from fvkit_granular.exact.thacker import ThackerBasin, ThackerBowl
+from fvkit_granular.exact.thacker import ThackerBasin, ThackerBowl, thacker_basin
 from fvkit_granular.exact.two_phase.fans import RarefactionFans, rarefaction_fans
 from fvkit_granular.exact.two_phase.path_sensitivity import path_sensitivity
 from fvkit_granular.exact.two_phase.paths import PATHS
@@ -48,8 +48,9 @@ from fvkit_granular.exact.vortex import TwoPhaseVortex, Vortex
 
 __all__ = [
     "PATHS", "Accelerated", "NoFourWaveSolution", "PeriodicFlow", "RadialDamBreak", "RarefactionFans", "ReducedRiemann",
-    "ReducedState", "ShallowWaterRiemann", "SimpleWave", "ThackerBasin", "ThackerBowl",
-    "TwoPhaseRiemann", "TwoPhaseState", "TwoPhaseVortex", "TwoPhaseWave", "UniformDrag", "Vortex", "Wave", "bernoulli_depth",
-    "block_stop", "critical_depth", "hump", "path_sensitivity", "periodic_flow", "rarefaction_fans", "reduced_riemann",
-    "shallow_water_riemann", "simple_wave", "sliding_acceleration", "steady_flow", "two_phase_riemann",
+    "ReducedState", "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "ThackerBowl",
+    "TwoPhaseRiemann", "TwoPhaseState", "TwoPhaseVortex", "TwoPhaseWave", "UniformDrag", "Vortex", "Wave", "accelerated",
+    "bernoulli_depth", "block_stop", "critical_depth", "hump", "path_sensitivity", "periodic_flow", "rarefaction_fans",
+    "reduced_riemann", "shallow_water_riemann", "simple_wave", "sliding_acceleration", "steady_flow", "thacker_basin",
+    "two_phase_riemann", "uniform_drag",
 ]

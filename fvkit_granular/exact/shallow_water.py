@@ -6,13 +6,20 @@ density. Accuracy: rounding.
 """
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from attrs import frozen
 from numpy.typing import ArrayLike
 
 from fvkit_granular.exact.reduced import ReducedRiemann, reduced_riemann
-from fvkit_granular.exact.states import FloatArray, finite_tuple, similarity
+from fvkit_granular.exact.states import FloatArray, Wave, finite_tuple, similarity
+
+
+class ShallowWaterState(NamedTuple):
+    """One state of the shallow-water model: depth h in m, velocity v in m/s."""
+
+    h: float
+    v: float
 
 
 @frozen
@@ -23,7 +30,9 @@ class ShallowWaterRiemann:
 
     Attributes
     ----------
-    reduced : the solution of the reduced model with phi = 1 on both sides, which has the states and the waves.
+    left, right, star : the two initial states and the state between the waves (dry where a vacuum opens
+        or a side is dry).
+    waves : the `Wave` records of family 1 and 2, ``"R"`` or ``"S"``; a dry side has none.
     kind : ``"exact"``.
 
     Notes
@@ -32,11 +41,15 @@ class ShallowWaterRiemann:
     """
 
     kind: ClassVar[str] = "exact"
-    reduced: ReducedRiemann
+    left: ShallowWaterState
+    right: ShallowWaterState
+    star: ShallowWaterState
+    waves: tuple[Wave, ...]
+    _reduced: ReducedRiemann
 
     def __call__(self, xi: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return h, v at xi = x/t, m/s, each of the shape of ``xi``."""
-        h, _, v = self.reduced(xi)
+        h, _, v = self._reduced(xi)
         return h, v
 
     def at(self, x: ArrayLike, t: float, x0: float = 0.0) -> dict[str, FloatArray]:
@@ -66,5 +79,9 @@ def shallow_water_riemann(left: Sequence[float], right: Sequence[float], g: floa
     ----------
     J. J. Stoker, Water Waves, 1957; A. Ritter, Zeitschrift VDI 36, 1892.
     """
-    (h_l, v_l), (h_r, v_r) = finite_tuple(left, "h v", "left"), finite_tuple(right, "h v", "right")
-    return ShallowWaterRiemann(reduced_riemann((h_l, 1.0, v_l), (h_r, 1.0, v_r), g))
+    first = ShallowWaterState(*finite_tuple(left, "h v", "left"))
+    last = ShallowWaterState(*finite_tuple(right, "h v", "right"))
+    reduced = reduced_riemann((first.h, 1.0, first.v), (last.h, 1.0, last.v), g)
+    star = ShallowWaterState(reduced.star_left.h, reduced.star_left.v)
+    waves = tuple(Wave(1 if w.family == 1 else 2, w.kind, w.head, w.tail) for w in reduced.waves if w.kind != "C")
+    return ShallowWaterRiemann(first, last, star, waves, reduced)

@@ -12,31 +12,24 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import ArrayLike
 
-from fvkit.validation import array, field, number, real, shown
+from fvkit.validation import array, real, shown
 from fvkit_granular.exact.states import FloatArray
-
-
-def _solution(value: Any, name: str) -> Any:
-    if not callable(getattr(value, "at", None)):
-        raise TypeError(f"`{name}` must have a method at(x, t), such as exact.shallow_water_riemann(...), got {shown(value)}")
-    return value
 
 
 @frozen
 class Accelerated:
-    """A solution as it slides: seen from a frame that starts with the velocity v0 and accelerates uniformly.
+    """A solution in a frame that starts with the velocity v0 and accelerates uniformly.
 
-    Parameters
+    Attributes
     ----------
-    solution : a solution on a flat bottom with ``at(x, t)`` -> dict with h and v, of `shallow_water_riemann` or, with
-        uniform phi, `reduced_riemann`.
-    acceleration : m/s^2, see `sliding_acceleration`.
-    v0 : velocity that is added at the start, m/s. With friction all must move downhill: v0 > 0, or S > nu.
+    solution : the solution that slides: an object with ``kind`` and ``at(x, t)`` -> dict with h and v.
+    acceleration : of the frame, m/s^2.
+    v0 : its velocity at t = 0, m/s.
     """
 
-    solution: Any = field(_solution)
-    acceleration: float = number()
-    v0: float = number(0.0)
+    solution: Any
+    acceleration: float
+    v0: float = 0.0
 
     @property
     def kind(self) -> str:
@@ -47,6 +40,27 @@ class Accelerated:
         """Return ``h``, ``v`` and what else the solution gives, at points ``x`` and time ``t`` >= 0; v = 0 on dry ground."""
         seen = self.solution.at(np.asarray(x, dtype=float) - (self.v0 + 0.5 * self.acceleration * t) * t, t)
         return {**seen, "v": np.where(seen["h"] > 0.0, seen["v"] + self.v0 + self.acceleration * t, 0.0)}
+
+
+def accelerated(solution: Any, acceleration: float, v0: float = 0.0) -> Accelerated:
+    """Return ``solution`` as it slides, with the acceleration of `sliding_acceleration`.
+
+    Parameters
+    ----------
+    solution : a solution on a flat bottom with ``at(x, t)`` -> dict with h and v, of `shallow_water_riemann` or, with
+        uniform phi, `reduced_riemann`.
+    acceleration : m/s^2.
+    v0 : velocity that is added at the start, m/s. With friction all must move downhill: v0 > 0, or S > nu.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For a solution without ``at``, and for numbers that are none.
+    """
+    if not callable(getattr(solution, "at", None)):
+        raise TypeError("`solution` must have a method at(x, t), such as exact.shallow_water_riemann(...), got "
+                        f"{shown(solution)}")
+    return Accelerated(solution, real(acceleration, "acceleration"), real(v0, "v0"))
 
 
 def sliding_acceleration(slope: float, nu: float, g: float = 9.81, buoyancy: float = 0.0) -> float:

@@ -71,12 +71,14 @@ def finite_tuple(values: Sequence[float], names: str, where: str) -> tuple[float
         raise ValueError(f"`{where}` must hold finite numbers ({', '.join(expected)}), but is {shown(values)}") from None
 
 
-def density_ratio(gamma: float, name: str = "gamma") -> float:
+def density_ratio(gamma: float) -> float:
     """Return ``gamma`` after checking that it is a density ratio, fluid to solid, in (0, 1)."""
-    return real(gamma, name, above=0.0, below=1.0, hint="fluid density over solid density")
+    return real(gamma, "gamma", above=0.0, below=1.0, hint="fluid density over solid density")
 
 
-def two_phase_state(values: Sequence[float], where: str, dry: type[ValueError] = ValueError) -> TwoPhaseState:
+def two_phase_state(
+    values: Sequence[float], where: str, dry: type[ValueError] = ValueError
+) -> TwoPhaseState:
     """Return the state (h, phi, vs, vf) in depths; negative depths raise ValueError, absent phases ``dry``."""
     h, phi, vs, vf = finite_tuple(values, "h phi vs vf", where)
     if h < 0.0 or not 0.0 <= phi <= 1.0:

@@ -8,7 +8,7 @@ and vs = vf both are exact for the two-phase model too.
 from typing import Any, ClassVar
 
 import numpy as np
-from attrs import Factory, frozen
+from attrs import frozen
 from numpy.typing import ArrayLike
 
 from fvkit.validation import choice, field, number, real
@@ -19,21 +19,22 @@ from fvkit_granular.exact.states import FloatArray
 class ThackerBasin:
     """The rocking plane in a parabolic basin.
 
-    Parameters
+    Attributes
     ----------
     a, h0 : half width and depth of the basin filled to b = 0, m.
     centre : x of its lowest point, m.
+    amplitude : velocity amplitude B, m/s.
     g : gravity, m/s^2.
-    amplitude : velocity amplitude B, m/s; by default omega times half a metre, the value remembered for the common benchmark
-        (not confirmed from its source).
+    omega, period : frequency sqrt(2 g h0)/a, 1/s, and period, s.
+    kind : ``"exact"``.
     """
 
     kind: ClassVar[str] = "exact"
-    a: float = number(1.0, above=0.0)
-    h0: float = number(0.5, above=0.0)
-    centre: float = number(2.0)
-    g: float = number(9.81, above=0.0)
-    amplitude: float = number(Factory(lambda basin: 0.5 * basin.omega, takes_self=True))
+    a: float
+    h0: float
+    centre: float
+    amplitude: float
+    g: float
 
     @property
     def omega(self) -> float:
@@ -61,6 +62,29 @@ class ThackerBasin:
         h = np.maximum(0.0, self.h0 * (points - left) * (right - points) / self.a**2)
         v = np.where(h > 0.0, self.amplitude * np.sin(self.omega * t), 0.0)
         return {"h": h, "v": v}
+
+
+def thacker_basin(
+    a: float = 1.0, h0: float = 0.5, centre: float = 2.0, amplitude: float | None = None, g: float = 9.81
+) -> ThackerBasin:
+    """Return the planar oscillation in a parabolic basin.
+
+    Parameters
+    ----------
+    a, h0 : half width and depth of the basin, m, > 0.
+    centre : x of its lowest point, m.
+    amplitude : velocity amplitude, m/s; by default sqrt(2 g h0)/(2 a) times one metre, the value remembered for the
+        common benchmark (not confirmed from its source).
+    g : gravity, m/s^2.
+
+    Raises
+    ------
+    ValueError
+        For a basin without width or depth.
+    """
+    a, h0, g = real(a, "a", above=0.0), real(h0, "h0", above=0.0), real(g, "g", above=0.0)
+    velocity = float(np.sqrt(2.0 * g * h0)) / (2.0 * a) if amplitude is None else real(amplitude, "amplitude")
+    return ThackerBasin(a, h0, real(centre, "centre"), velocity, g)
 
 
 @frozen

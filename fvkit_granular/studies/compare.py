@@ -62,6 +62,15 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
         For bad input, or a pair of model and solver that cannot work.
     KeyboardInterrupt
         After Ctrl-C; its attribute ``result`` is the Report of the runs that are done, None where there are none.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> scene = gr.scene("riemann")
+    >>> report = gr.compare(scene, [gr.ShallowWater], [fv.HLL()], cells=[20], repeats=1, backend="numpy")
+    >>> [(row['model'], row['cells'], row['status']) for row in report.rows]
+    [('shallow-water', 20, 'finished')]
     """
     scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     for name, given, example in (("models", models, "[gr.TwoPhase]"), ("riemann", riemann, "[fv.HLL()]"),

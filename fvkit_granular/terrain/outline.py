@@ -22,6 +22,13 @@ class OutlineScore:
     misses : observed, not computed.
     false_alarms : computed, not observed.
     beyond : observed outside of the terrain or where it has no data; it counts in none of the others.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> score = gr.OutlineScore(hits=600.0, misses=200.0, false_alarms=200.0)
+    >>> score.hit_rate, score.false_alarm_ratio, score.critical_success_index
+    (0.75, 0.25, 0.6)
     """
 
     hits: float

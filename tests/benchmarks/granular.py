@@ -3,7 +3,7 @@
     python -m tests.benchmarks.granular [caps models dams uniform rest column]
 
 Axes along the slope: gravity g cos(slope), bottom -tan(slope) x. In a frame that slides with the acceleration of a block the
-equations are those on level ground without friction (`fvkit_granular.exact.Accelerated`).
+equations are those on level ground without friction (`fvkit_granular.exact.accelerated`).
 
 * Cap: Savage and Hutter, J. Fluid Mech. 199 (1989) 177-215, with earth pressure coefficient 1: h = H (1 - y^2/L^2), H L constant,
   v = y L'/L, L'' = 2 g H/L: exact as long as all of it slides down.
@@ -81,7 +81,7 @@ class Slide(NamedTuple):
         else:
             inside = exact.shallow_water_riemann((1.0, 0.0), (0.0, 0.0), g=self.g)
             kinks = [speed * self.t for wave in inside.waves for speed in (wave.head, wave.tail)]
-        return exact.Accelerated(inside, self.acceleration, self.start), [moved + kink for kink in kinks]
+        return exact.accelerated(inside, self.acceleration, self.start), [moved + kink for kink in kinks]
 
 
 CAPS = {"from rest, 40/20": Slide(40.0, 20.0, 0.0, 4.0, (-20.0, 60.0)), "slowing down, 20/30": Slide(20.0, 30.0, 12.0, 2.5, (-20.0, 60.0))}

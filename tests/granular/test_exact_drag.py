@@ -12,7 +12,7 @@ LAWS = {"constant": (3.0, 0.0, 1.0), "linear": (0.0, 2.0, 1.0), "square root": (
 
 
 def test_printed_value():
-    state = exact.UniformDrag((1.0, 0.7, 0.8, -0.5), 0.5, 2.0, gamma=0.5)
+    state = exact.uniform_drag((1.0, 0.7, 0.8, -0.5), 0.5, 2.0, gamma=0.5)
     assert state.slip(0.0) == pytest.approx(-1.3, abs=1e-15)
     assert state.slip(0.4) == pytest.approx(-0.148905071, abs=1e-9)
 
@@ -33,7 +33,7 @@ def test_against_an_ode_solver(law, slip):
     start = 0.2, 0.2 + slip
     q = hs * start[0], hf * start[1]
     reference = solve_ivp(rate, (0, 0.4), q, method="DOP853", t_eval=t, rtol=1e-13, atol=1e-14)
-    found = exact.UniformDrag((1.0, 0.7, *start), d0, d1, m, gamma).at(t)
+    found = exact.uniform_drag((1.0, 0.7, *start), d0, d1, m, gamma).at(t)
     np.testing.assert_allclose(found["vs"], reference.y[0] / hs, rtol=0, atol=1e-11)
     np.testing.assert_allclose(found["vf"], reference.y[1] / hf, rtol=0, atol=1e-11)
     np.testing.assert_allclose(hs * found["vs"] + gamma * hf * found["vf"], q[0] + gamma * q[1], atol=1e-14)
@@ -63,8 +63,8 @@ def test_velocities_keep_momentum_and_give_slip():
 ])
 def test_refusals(arguments, message):
     with pytest.raises(ValueError, match=message):
-        exact.UniformDrag((1.0, 0.5, 0.0, 1.0), *arguments)
-    with pytest.raises(ValueError, match="dry state: `initial`"):
-        exact.UniformDrag((1.0, 1.0, 0.0, 1.0), 1.0)
+        exact.uniform_drag((1.0, 0.5, 0.0, 1.0), *arguments)
+    with pytest.raises(ValueError, match="dry state: `state`"):
+        exact.uniform_drag((1.0, 1.0, 0.0, 1.0), 1.0)
     with pytest.raises(ValueError, match="`t` must be"):
-        exact.UniformDrag((1.0, 0.5, 0.0, 1.0), 1.0).slip([-1.0, 1.0])
+        exact.uniform_drag((1.0, 0.5, 0.0, 1.0), 1.0).slip([-1.0, 1.0])

@@ -213,7 +213,7 @@ def sliding_error(model, cells, order, dry, drag=()):
     slope, nu, v0, phi = 0.6, 0.5, 1.0, 0.6
     buoyancy = 0.0 if model is gr.ShallowWater else 0.5 / 0.8
     shallow = exact.shallow_water_riemann((2.0, 0.0), (0.0 if dry else 1.0, 0.0))
-    solved = exact.Accelerated(shallow, exact.sliding_acceleration(slope, nu, G, buoyancy), v0)
+    solved = exact.accelerated(shallow, exact.sliding_acceleration(slope, nu, G, buoyancy), v0)
     scene = mild_scene((-10.0, 10.0), 0.5, lambda x: {"h": np.where(x < 0.0, 2.0, 0.0 if dry else 1.0), "phi": phi, "vs": v0, "vf": v0},
                      bottom=lambda x: -slope * x, sources=(gr.CoulombFriction(nu), *drag))
     solution = solve(scene.problem(model, 2 * cells), fv.WavePropagation(gr.Relaxation(), order=order))
@@ -400,7 +400,7 @@ def test_a_law_below_zero_counts_as_none():
     (lambda: gr.BasalFriction(), TypeError, ["resistance"]),
     (lambda: fv.Problem(fv.Burgers(), fv.Grid(0, 1, 9), np.ones((1, 9)), 1.0, sources=gr.Manning(0.1)), ValueError,
      ["Manning", "Burgers", "basal_load"]),
-    (lambda: exact.Accelerated(1.0, 1.0), TypeError, ["`solution`", "at(x, t)"]),
+    (lambda: exact.accelerated(1.0, 1.0), TypeError, ["`solution`", "at(x, t)"]),
     (lambda: exact.sliding_acceleration(0.1, -1.0), ValueError, ["`nu`", ">= 0"]),
     (lambda: exact.block_stop(np.nan, 0.1, 1.0), ValueError, ["`v0`", "finite"]),
 ])

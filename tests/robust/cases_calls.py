@@ -179,7 +179,7 @@ CALLS = {
     "build": Call(build, dict(data=dict(zip(("class", "from"), ("Roe", "fvkit.schemes.riemann"), strict=True)), name="data"), dict(name="text")),
     "fvkit.testing.run": Call(fv.testing.run, dict(suite=LimiterSuite), dict(suite="part")),
     # exact solutions
-    "exact.Accelerated": Call(exact.Accelerated, dict(solution=exact.shallow_water_riemann((1.0, 0.0), (0.5, 0.0)), acceleration=1.0),
+    "exact.accelerated": Call(exact.accelerated, dict(solution=exact.shallow_water_riemann((1.0, 0.0), (0.5, 0.0)), acceleration=1.0),
                               dict(solution="solution", acceleration="number", v0="number")),
     "exact.bernoulli_depth": Call(exact.bernoulli_depth, dict(b=[0.0, 0.1], q=1.0, energy=2.0),
                                   dict(b="array", q="number", energy="number", branch="name", g="positive")),
@@ -202,11 +202,11 @@ CALLS = {
                                        dict(slope="number", nu="not negative", g="positive", buoyancy="number")),
     "exact.steady_flow": Call(exact.steady_flow, dict(b=[0.0, 0.1, 0.0], q=1.0, h_out=2.0),
                               dict(b="array", q="number", h_out="number?", regime="name", g="positive")),
-    "exact.ThackerBasin": Call(exact.ThackerBasin, {}, dict(a="positive", h0="positive", centre="number", g="positive", amplitude="number")),
+    "exact.thacker_basin": Call(exact.thacker_basin, {}, dict(a="positive", h0="positive", centre="number", amplitude="number?", g="positive")),
     "exact.two_phase_riemann": Call(exact.two_phase_riemann, dict(left=LEFT, right=RIGHT),
                                     dict(left="state of 4", right="state of 4", g="positive", gamma="open share", path="name")),
-    "exact.UniformDrag": Call(exact.UniformDrag, dict(initial=LEFT),
-                               dict(initial="state of 4", d0="not negative", d1="not negative", m="positive", gamma="open share")),
+    "exact.uniform_drag": Call(exact.uniform_drag, dict(state=LEFT),
+                               dict(state="state of 4", d0="not negative", d1="not negative", m="positive", gamma="open share")),
     # shapes
     "exact.Vortex": Call(exact.Vortex, {}, dict(depth="positive", speed="not negative", radius="positive", g="positive")),
     "exact.TwoPhaseVortex": Call(exact.TwoPhaseVortex, {}, dict(g="positive", gamma="open share")),
@@ -232,9 +232,9 @@ ERROR = "an exception, raised by the package"
 NUMPY = "NumPy's own function, for pointwise code"
 ELSEWHERE = {
     **dict.fromkeys(("Convergence", "Solution", "Stats", "SweepResult", "Advice", "TerrainAdvice", "MassBalance", "MovingEquilibrium", "OutlineScore", "Profile", "Release", "fvkit.testing.Outcome",
-                     *(f"exact.{name}" for name in ("PeriodicFlow", "RarefactionFans", "ReducedRiemann", "ReducedState",
-                                                    "ShallowWaterRiemann", "SimpleWave", "TwoPhaseRiemann",
-                                                    "TwoPhaseState", "TwoPhaseWave", "Wave"))), RESULT),
+                     *(f"exact.{name}" for name in ("Accelerated", "PeriodicFlow", "RarefactionFans", "ReducedRiemann", "ReducedState",
+                                                    "ShallowWaterRiemann", "ShallowWaterState", "SimpleWave", "ThackerBasin", "TwoPhaseRiemann",
+                                                    "TwoPhaseState", "TwoPhaseWave", "UniformDrag", "Wave"))), RESULT),
     **dict.fromkeys(("Interrupted", "OrderError", "PointwiseError", "SolveError", "exact.NoFourWaveSolution"), ERROR),
     **dict.fromkeys(("maximum", "minimum", "where"), NUMPY),
     **dict.fromkeys(("Scheme", "Stop", "Reference", "Integrator", "Splitting", "shapes.Shape"), ABSTRACT),

@@ -80,7 +80,7 @@ def thacker() -> Scene:
     """E8: a plane surface that rocks in a parabolic basin, for two periods."""
     from fvkit_granular import exact
 
-    solved = exact.ThackerBasin()
+    solved = exact.thacker_basin()
 
     def at(x: np.ndarray, t: float) -> dict[str, Any]:
         return one_velocity(solved.at(x, t), PHI)

@@ -47,7 +47,7 @@ def sliding_dam_break() -> Scene:
 
         flat = exact.reduced_riemann((2.0, phi, 0.0), (1.0, phi, 0.0), g=scene.g, gamma=scene.gamma)
         buoyancy = scene.gamma / (phi + scene.gamma * (1.0 - phi))
-        solved = exact.Accelerated(flat, exact.sliding_acceleration(slope, nu, scene.g, buoyancy), v0)
+        solved = exact.accelerated(flat, exact.sliding_acceleration(slope, nu, scene.g, buoyancy), v0)
 
         return FunctionReference("exact", "Stoker's dam break in an accelerated frame: exact for the reduced model, and for "
                                  "two phases where drag binds them; shallow water lacks buoyancy and slides more slowly; "
