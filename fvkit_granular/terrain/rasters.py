@@ -144,9 +144,7 @@ def write_raster(path: Any, values: Any, terrain: Terrain) -> Path:
         raise ValueError(f"`values` must be finite, and not {NODATA:g}, which means no data: write NaN for that")
     cells = np.where(ground.missing, np.nan, cells)
     if READERS[place.suffix.lower()] is geotiff.read:
-        content = geotiff.content(cells, ground.grid, ground.crs)
-        return write_whole(place, lambda file: file.write(content))
-    text = ascii_grid.text_of_raster(cells, ground.grid)
-    write_whole(place, lambda file: file.write(text.encode()))
+        return write_whole(place, geotiff.content(cells, ground.grid, ground.crs))
+    write_whole(place, ascii_grid.text_of_raster(cells, ground.grid))
     systems.write_beside(place, ground.crs)
     return place
