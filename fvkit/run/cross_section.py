@@ -13,7 +13,7 @@ from fvkit.problem.problem import Problem
 from fvkit.run.observers import SeriesObserver
 
 
-def line_of(value: Any, name: str = "line") -> np.ndarray:
+def polyline(value: Any, name: str = "line") -> np.ndarray:
     """Return a polyline, (k, 2), of at least two points."""
     points = validation.array(value, name)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
@@ -25,7 +25,7 @@ def line_of(value: Any, name: str = "line") -> np.ndarray:
 
 def _place_or_line(value: Any) -> Any:
     """Return a number x, or a polyline."""
-    return validation.real(value, "line") if validation.is_single(value) else line_of(value)
+    return validation.real(value, "line") if validation.is_single(value) else polyline(value)
 
 
 @attrs.define(eq=False)
@@ -79,7 +79,7 @@ class CrossSection(SeriesObserver):
             raise ValueError(f"a CrossSection counts masses, but {type(problem.model).__name__} has no `phases`")
         called = "`line` of a CrossSection"
         self._pieces = (problem.grid.cells_at([self.line], called), np.ones((1, 1))) if isinstance(self.line, float) else \
-            pieces(self.line, problem.grid, called)
+            cells_along(self.line, problem.grid, called)
         self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
@@ -105,7 +105,7 @@ class CrossSection(SeriesObserver):
         return {name: np.concatenate([[0.0], np.cumsum(0.5 * steps * (q[1:] + q[:-1]))]) for name, q in self.discharge.items()}
 
 
-def pieces(line: np.ndarray, grid: Grid, called: str) -> tuple[np.ndarray, np.ndarray]:
+def cells_along(line: np.ndarray, grid: Grid, called: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the cells that a line passes through, (k,), and the normal of its piece in each times its length, (2, k), m."""
     cells, normals = [], []
     for start, end in pairwise(line):

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from fvkit import Problem
-from fvkit.run.cross_section import line_of, pieces
+from fvkit.run.cross_section import cells_along, polyline
 from fvkit.run.observers import SeriesObserver
 from fvkit.validation import number
 
@@ -51,7 +51,7 @@ class RunOut(SeriesObserver):
     (4.75, True)
     """
 
-    path: np.ndarray = attrs.field(converter=lambda value: line_of(value, "path"))
+    path: np.ndarray = attrs.field(converter=lambda value: polyline(value, "path"))
     threshold: float = number(0.1, above=0.0)
     _places: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
 
@@ -61,7 +61,7 @@ class RunOut(SeriesObserver):
             raise ValueError("a RunOut follows a line across a grid with two axes, got a grid with one: take gr.Front")
         if not callable(getattr(problem.model, "depth", None)):
             raise ValueError(f"a RunOut needs a model with a depth, {type(problem.model).__name__} defines no `depth(q)`")
-        cells, normals = pieces(self.path, problem.grid, "`path` of a RunOut")
+        cells, normals = cells_along(self.path, problem.grid, "`path` of a RunOut")
         lengths = np.hypot(*normals)
         self._places = cells, np.cumsum(lengths) - 0.5 * lengths
 

@@ -11,7 +11,7 @@ from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, WavePropa
 from fvkit.pointwise.part import public_name
 from fvkit.problem.directions import directions, observables
 from fvkit.schemes.riemann import default_riemann
-from fvkit.studies.compare import CELLS, SCHEMES, Comparison, Run, limits_of, runs_of
+from fvkit.studies.compare import CELLS, SCHEMES, Comparison, PlannedRun, limits_of, runs_of
 from fvkit.studies.fine_grid_reference import fine_grid_reference, fine_scheme
 from fvkit.studies.report import Report
 from fvkit_granular.models.reduced import Reduced
@@ -112,7 +112,7 @@ def _silently(scene: Scene, model: Model, cells: Any) -> Problem:
 
 
 def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: tuple[int, ...], limiter: Any,
-          order: Any, cfl: float) -> list[Run]:
+          order: Any, cfl: float) -> list[PlannedRun]:
     if isinstance(limiter, list) and not limiter:
         raise TypeError("`limiter` must be a limiter or a list of them, not empty, got []")
     limiters = limiter if isinstance(limiter, list) else [MC() if limiter is None else limiter]
@@ -131,7 +131,7 @@ def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | 
                 for number in orders:
                     scheme = WavePropagation(solver, limiter=chosen, order=number, cfl=cfl)
                     scheme.parts(model, ())
-                    result += [Run(public_name(model), problem_of, scheme, count) for count in cells]
+                    result += [PlannedRun(public_name(model), problem_of, scheme, count) for count in cells]
     return result
 
 

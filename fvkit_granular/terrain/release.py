@@ -29,7 +29,7 @@ def _cells(value: Any, name: str) -> np.ndarray:
     return result
 
 
-class Part(NamedTuple):
+class ReleasedPart(NamedTuple):
     """A released feature: ``name``, ``area`` on the map, m^2, ``thickness`` as given, m, and ``volume`` on the terrain, m^3."""
 
     name: str
@@ -54,7 +54,7 @@ class Release:
     terrain: Any = validation.field(validation.instance, kind=Terrain)
     thickness: Any = validation.field(_cells, eq=SAME_CELLS)
     phi: Any = validation.field(_cells, None, optional=True, eq=SAME_CELLS)
-    parts: tuple[Part, ...] = ()
+    parts: tuple[ReleasedPart, ...] = ()
     measured: Any = validation.field(validation.choice, "vertical", known=MEASURED)
 
     def __attrs_post_init__(self) -> None:
@@ -153,7 +153,7 @@ def read_release(source: Any, terrain: Terrain, thickness: float | None = None, 
         raise ValueError(f"`thickness` must be None where {where} is the thickness of each cell, got {given:g}")
     h = values * stretch
     covered = np.count_nonzero(values) * ground.grid.cell_volume
-    part = Part(where, covered, float(values[values > 0.0].mean()), float(h.sum() * ground.grid.cell_volume))
+    part = ReleasedPart(where, covered, float(values[values > 0.0].mean()), float(h.sum() * ground.grid.cell_volume))
     return Release(ground, h, None if solid is None else np.where(h > 0.0, solid, 0.0), (part,), how)
 
 
@@ -169,7 +169,7 @@ def _of_features(found: list[Feature], terrain: Terrain, thickness: float | None
         own = share * depth * stretch
         h += own
         solids += own * (fraction or 0.0)
-        parts.append(Part(feature.name, feature.area, depth, float(own.sum() * terrain.grid.cell_volume)))
+        parts.append(ReleasedPart(feature.name, feature.area, depth, float(own.sum() * terrain.grid.cell_volume)))
     phi = None if None in fractions else np.divide(solids, h, out=np.zeros_like(h), where=h > 0.0)
     return Release(terrain, h, phi, tuple(parts), measured)
 

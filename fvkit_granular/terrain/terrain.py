@@ -172,7 +172,7 @@ class Terrain:
         if all(abs(axis.dx - side) <= resample.ROUNDING * side for axis in self.grid.axes):
             return self
         grid = resample.larger(self.grid, side)
-        return self._on(grid, resample.averaged(self.bottom, self.grid, grid))
+        return self._on(grid, resample.coarse_averages(self.bottom, self.grid, grid))
 
     def filled(self) -> "Terrain":
         """Return the terrain with its holes filled: cells without data that cells with data enclose.

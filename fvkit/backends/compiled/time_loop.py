@@ -3,7 +3,7 @@
 #: Functions of a kernel whose addresses a loop is given, in this order; the last four those of schemes with registers.
 ADDRESSES = ("tile", "ghosts", "opening", "finish", "extend", "source_tile")
 
-#: Kernels are called by their addresses ``at``, see `ADDRESSES`. A row of ``sweeps`` is a `fvkit.schemes.program.Sweep`:
+#: Kernels are called by their addresses ``at``, see `ADDRESSES`. A row of ``sweeps`` is a `fvkit.schemes.program.StageSweep`:
 #: implicit, state, rate, target (-1: none), number of terms, then register and kind of each; of ``weights``: share, weight of the
 #: end fluxes, then that of each term. A loop without REGISTERS has one sweep, from q to out.
 LOOP = '''\

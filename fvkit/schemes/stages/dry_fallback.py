@@ -11,7 +11,7 @@ from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.schemes.scheme import SPEED
 from fvkit.schemes.stages.driven import Net, for_cells, jumps
 from fvkit.schemes.stages.fluctuations import anchored, rest_of, travelling_left
-from fvkit.schemes.stages.positivity import carriers, inside, window
+from fvkit.schemes.stages.positivity import carriers, window, within_window
 
 #: Depth ratio of neighbours, or of an equilibrium difference such as a step of the bottom to the smaller depth: the weight of
 #: the fallback is 0 below half of it and 1 above it.
@@ -35,7 +35,7 @@ def contrasts(parts, ql, qr, auxl, auxr):
 
 def needs_fallback(parts, ratio, ql, qr, auxl, auxr, left_going, **others):
     """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
-    return ~inside(parts, ratio, ql, qr, left_going) | nearly_dry(parts, ql, qr, auxl, auxr)
+    return ~within_window(parts, ratio, ql, qr, left_going) | nearly_dry(parts, ql, qr, auxl, auxr)
 
 
 def nearly_dry(parts, ql, qr, auxl, auxr):

@@ -93,17 +93,17 @@ def convexity(model, ql, qr, auxl, auxr):
     There a correction may sharpen a composite wave, fan and shock in one, into a shock that breaks the entropy condition. Where
     the flow is smooth it is 1 - O(dx^2). Derived here.
     """
-    excess, s1, s2 = beyond(model, ql, qr, auxl, auxr)
+    excess, s1, s2 = excess_speeds(model, ql, qr, auxl, auxr)
     return maximum(1.0 - COMPOSITE * excess / (maximum(np.abs(s1), np.abs(s2)) + TINY), 0.0)
 
 
 def turning(model, ql, qr, auxl, auxr):
     """Return the largest speed between both sides where speeds change their sign there and leave those of both sides, else 0."""
-    excess, s1, s2 = beyond(model, ql, qr, auxl, auxr)
+    excess, s1, s2 = excess_speeds(model, ql, qr, auxl, auxr)
     return where((excess > 0.0) & (s1 < 0.0) & (s2 > 0.0), maximum(-s1, s2), 0.0)
 
 
-def beyond(model, ql, qr, auxl, auxr):
+def excess_speeds(model, ql, qr, auxl, auxr):
     """Return by how much speeds between both sides leave those of both sides, 0 for rounding, and their bounds."""
     low, high = end_speeds(model, ql, qr, auxl, auxr)
     s1, s2 = face_speeds(model, ql, qr, auxl, auxr)

@@ -20,8 +20,9 @@ cells. It is known in the second sweep of a step, from the first one.
 import numpy as np
 
 from fvkit.pointwise import TINY, combine, maximum, minimum, where
-from fvkit.problem.answers import mass_flux, wave_speeds
+from fvkit.problem.answers import wave_speeds
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, NET, Parts, Read, Stage, here
+from fvkit.schemes.stages.dry_fallback import velocities
 from fvkit.schemes.stages.positivity import window
 
 #: Fall of a characteristic speed at a face that counts as smooth, as a share of the sound speed.
@@ -53,16 +54,15 @@ def moved_stage(parts: Parts, made: str) -> Stage:
 
 def velocity_across(parts, ratio, q, across):
     """Return the velocity across of each phase, as faces see it."""
-    return {"velocity across": velocities(parts.model, q, across)}
+    return {"velocity across": velocities_with(parts.model, q, across)}
 
 
-def velocities(model, q, momenta):
+def velocities_with(model, q, momenta):
     """Return the velocity of each phase with given momenta, damped where it is thin."""
     state = list(q)
     for phase, momentum in zip(model.phases, momenta, strict=True):
         state[phase.momentum] = momentum
-    flux = mass_flux(model, tuple(state))
-    return tuple([flux[phase.masses[-1]] / (q[phase.masses[-1]] + TINY) for phase in model.phases])
+    return tuple(velocities(model, tuple(state)))
 
 
 def flux_across(parts, ratio, q, u, flux):
