@@ -38,7 +38,7 @@ class NumpySweep(Sweep):
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:
             target[row] = source[row]
-        squeezed = self.lines(other[-1:])[0, halo:halo + n] if self.direction.across else None
+        compression = self.lines(other[-1:])[0, halo:halo + n] if self.direction.across else None
         given, flux = self.fluxes(), np.zeros((2, max(len(masses), 1)))
         speeds, lost, first = [], LostFaces(), -1
         for lanes in self._chunks:
@@ -59,8 +59,8 @@ class NumpySweep(Sweep):
                 lost = lost.more(depths, len(places[0]))
             for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
                 target[row, :, lanes] = item  # what was read may stand in the same place
-            if squeezed is not None and place == FIRST:
-                squeezed[:, lanes] = fields[MOVED][-1]
+            if compression is not None and place == FIRST:
+                compression[:, lanes] = fields[MOVED][-1]
         return SweepOutcome(float(np.maximum.reduce(speeds)), flux, lost, first)
 
     def _impose(self, given: list[tuple[int, slice, Any]], fields: dict[str, Field], here: slice) -> None:

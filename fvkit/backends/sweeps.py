@@ -18,7 +18,7 @@ from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
 
-#: Where a sweep stands in a step: only the second sees what the faces of the first squeeze; the last leaves a settled state.
+#: Where a sweep stands in a step: only the second reads the compression that the first finds; the last leaves a settled state.
 FIRST, SECOND, LAST = range(3)
 
 
@@ -148,7 +148,7 @@ class Sweep(ABC):
     def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> SweepOutcome:
         """Write the state after a sweep into the cells of ``out``; with the ``place`` `LAST` a settled one, see `settles`.
 
-        What the faces of the `FIRST` squeeze stands in the last row of ``other``, the given rows of the other axis.
+        The compression at the faces of the `FIRST` stands in the last row of ``other``, the given rows of the other axis.
         """
 
     @abstractmethod

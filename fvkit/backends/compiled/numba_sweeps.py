@@ -111,7 +111,7 @@ class NumbaPlaneKernel(PlaneKernel):
     def restarted(self) -> None:
         self.blocks.forget()
 
-    def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
+    def _find_active(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         if sweep is None:
             self.blocks.look(q)
         for one in self.sweeps if sweep is None else (sweep,):
