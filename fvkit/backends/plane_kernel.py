@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from fvkit.backends.layout import padded_rows
-from fvkit.backends.march import March, step_length
+from fvkit.backends.march import March
 from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
-from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial, together
+from fvkit.backends.python_loop import LostFaces, StepwiseKernel, SweepOutcome, Trial, together
+from fvkit.backends.step_length import step_length
 from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
@@ -120,7 +121,7 @@ class PlaneKernel(StepwiseKernel):
         reports = self._swept(start, march.next, march.t + 0.5 * dt, dt, pair)
         if len(reports) == 1:
             speed = reports[0].speed * self.dx / pair[0].axis.dx
-            return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, Lost(), -1)
+            return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, LostFaces(), -1)
         speed = max(report.speed * (self.dx / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True))
         if not isfinite(sum(report.speed for report in reports)):
             speed = float("nan")
@@ -142,7 +143,7 @@ class PlaneKernel(StepwiseKernel):
             self._act(source, start, dt, gain, where)
         return start
 
-    def _swept(self, start: np.ndarray, out: np.ndarray, t: float, dt: float, pair: list[Sweep]) -> list[Report]:
+    def _swept(self, start: np.ndarray, out: np.ndarray, t: float, dt: float, pair: list[Sweep]) -> list[SweepOutcome]:
         """Write into ``out`` the state after both sweeps, with boundaries of time t; return what they report.
 
         After a sweep for which the step is too long, whose state may have negative masses, there is no second one.

@@ -18,7 +18,8 @@ import numpy as np
 from fvkit import validation
 from fvkit.files import Unreadable
 from fvkit.output.citation import VERSION, sentence
-from fvkit.output.status import Results, Stats, Status
+from fvkit.output.results import Results
+from fvkit.output.status import Stats, Status
 from fvkit.pointwise.part import Part
 from fvkit.problem.grid import Grid
 from fvkit.problem.model import Model

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from fvkit import validation
 from fvkit.output.plots import drawing, enlarged
-from fvkit.output.status import Results
+from fvkit.output.results import Results
 
 
 @attrs.frozen

@@ -16,7 +16,7 @@ from fvkit.files import Unreadable, temporary_beside
 from fvkit.output.citation import VERSION, package
 from fvkit.output.configuration import configuration_of, model_and_grid, parsed
 from fvkit.output.hdf5_file import PatientFile
-from fvkit.output.status import Results
+from fvkit.output.results import Results
 from fvkit.problem.directions import component_names, observables, quantities
 from fvkit.problem.grid import NAMES, Grid
 from fvkit.problem.model import Model

@@ -1,13 +1,11 @@
 """Status and statistics of a run, and the exceptions that contain its partial solution."""
 
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit.problem.grid import Grid
-from fvkit.problem.model import Model
 from fvkit.validation import Portable
 
 
@@ -86,41 +84,6 @@ class Stats:
         return 1e9 * self.seconds / self.cell_updates if self.cell_updates else 0.0
 
 
-class Results(Protocol):
-    """Protocol of the results that files and plots use: a `fvkit.Solution`, or an object with the same attributes."""
-
-    @property
-    def t(self) -> np.ndarray: ...
-
-    @property
-    def q(self) -> np.ndarray: ...
-
-    @property
-    def aux(self) -> dict[str, np.ndarray]: ...
-
-    @property
-    def grid(self) -> Grid: ...
-
-    @property
-    def model(self) -> Model: ...
-
-    @property
-    def status(self) -> Status: ...
-
-    @property
-    def stats(self) -> Stats: ...
-
-    @property
-    def message(self) -> str: ...
-
-    @property
-    def configuration(self) -> dict[str, Any]: ...
-
-    def observables(self, i: int = -1) -> dict[str, np.ndarray]: ...
-
-    def hyperbolicity_margin(self, i: int = -1) -> np.ndarray: ...
-
-
 class SolveError(Portable, RuntimeError):
     """Exception of a failed run, with the partial solution.
 
@@ -156,4 +119,11 @@ class SolveError(Portable, RuntimeError):
 
 
 class Interrupted(SolveError, KeyboardInterrupt):
-    """Exception of a run interrupted by Ctrl-C: a `SolveError` with the partial solution, and a KeyboardInterrupt."""
+    """Exception of a run interrupted by Ctrl-C: a `SolveError` with the partial solution, and a KeyboardInterrupt.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> issubclass(fv.Interrupted, fv.SolveError) and issubclass(fv.Interrupted, KeyboardInterrupt)
+    True
+    """

@@ -22,6 +22,21 @@ class Stop(Part, ABC):
     1. ``reached(problem, t, q)`` returns whether the run ends at time t with the cell averages q (num_eqn, *grid.shape).
     2. ``reached`` is called after every ``every`` accepted steps, so that results do not depend on the speed of the machine.
     3. ``check(problem)`` raises ValueError if the rule cannot be applied to a problem.
+
+    Examples
+    --------
+    >>> import attrs
+    >>> import numpy as np
+    >>> import fvkit as fv
+    >>> @attrs.frozen
+    ... class WhenLow(fv.Stop):
+    ...     level: float = 0.5
+    ...     def reached(self, problem, t, q):
+    ...         return bool(q[0].max() < self.level)
+    >>> pulse = lambda x: [np.exp(-50.0 * (x - 0.5) ** 2)]
+    >>> problem = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 50), pulse, 2.0, boundary=fv.Outflow())
+    >>> fv.solve(problem, until=WhenLow(), backend="numpy").status.name
+    'STOPPED'
     """
 
     every: int = integer(20, at_least=1, kw_only=True)

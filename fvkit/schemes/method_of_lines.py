@@ -13,7 +13,7 @@ from fvkit.schemes.reconstruction import MP5, Reconstruction
 from fvkit.schemes.riemann import RiemannSolver
 from fvkit.schemes.scheme import MASS_FLUX, NET, Parts, Read, Scheme, Stage, here
 from fvkit.schemes.splitting import Splitting, Strang, Unsplit
-from fvkit.schemes.stages.cell_polynomial import draw, faces, mean_source, near_shore, net_change, reconstruct, third
+from fvkit.schemes.stages.cell_polynomial import faces, limit_at_shore, mean_source, near_shore, net_change, reconstruct, third
 from fvkit.schemes.stages.faces import BOTH, face_stages, to_left, to_right
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
@@ -110,7 +110,8 @@ class MethodOfLines(Scheme):
         beside = [type(source).__name__ for source in sources if not source.defines("driven")]
         if beside:
             warnings.warn(f"{type(self.integrator).__name__} alternates {' and '.join(beside)} with the transport: the run is of "
-                          "second order in time. fv.WavePropagation has that order too, at less cost", stacklevel=2)
+                          "second order in time. fv.WavePropagation has that order too, at less cost; for a higher one integrate "
+                          "fv.rhs and the source with scipy.integrate.solve_ivp", stacklevel=2)
         return Parts(model, self.riemann, (), sources, reconstruction=self.reconstruction)
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
@@ -118,7 +119,7 @@ class MethodOfLines(Scheme):
         first = self._reconstruct()
         result = [first]
         if parts.model.phases:
-            result.append(Stage(draw, {**first.reads, **here(*first.writes)}, first.writes, guard=near_shore))
+            result.append(Stage(limit_at_shore, {**first.reads, **here(*first.writes)}, first.writes, guard=near_shore))
         result += face_stages(parts, face, fixes=self.riemann.eigenvectors)
         terms: tuple[str, ...] = ()
         if parts.model.phases:

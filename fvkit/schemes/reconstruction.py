@@ -22,6 +22,18 @@ class Reconstruction(Part, ABC):
     4. ``cubic = True`` declares that the polynomial of a cell has the unlimited third mode of five averages, which increases
        the order of the integral over the cell from four to five.
     5. ``order`` is the order in smooth flow, for reports.
+
+    Examples
+    --------
+    >>> import attrs
+    >>> import fvkit as fv
+    >>> @attrs.frozen
+    ... class Central(fv.Reconstruction):
+    ...     order, reach, cubic = 2, 1, False
+    ...     def right(self, a, b, c, d, e):
+    ...         return c + 0.25 * (d - b)
+    >>> Central().right(0.0, 1.0, 2.0, 3.0, 4.0)
+    2.5
     """
 
     questions = RECONSTRUCTION

@@ -33,6 +33,17 @@ class RiemannSolver(Part, ABC):
     7. ``bounds = True`` declares that its speeds are bounds from `fvkit.problem.answers.face_speeds`, valid for all states
        between the two of the face.
     8. Its speeds bound the true wave speeds, since the time step keeps every |speed| dt/dx below the CFL number.
+
+    Examples
+    --------
+    >>> import attrs
+    >>> import fvkit as fv
+    >>> @attrs.frozen
+    ... class Rightwards(fv.RiemannSolver):
+    ...     def solve(self, model, ql, qr, auxl, auxr, jump):
+    ...         return (jump,), (model.wave_speeds(ql)[1],)
+    >>> Rightwards().solve(fv.Advection(2.0), (1.0,), (3.0,), (), (), jump=(4.0,))
+    (((4.0,),), (2.0,))
     """
 
     questions = RIEMANN

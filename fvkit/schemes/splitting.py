@@ -13,6 +13,18 @@ class Splitting(ABC):
     1. ``before`` and ``after`` are the fractions of dt for which the sources act before and after the transport;
        they add up to ``total``, which is 1, or 0 if a time integrator includes the sources. A fraction of 0 costs nothing.
     2. Sources act in the given order before the transport and in reverse order after the transport.
+
+    Examples
+    --------
+    >>> from typing import ClassVar
+    >>> import attrs
+    >>> import fvkit as fv
+    >>> @attrs.frozen
+    ... class SourcesFirst(fv.Splitting):
+    ...     before: ClassVar[float] = 1.0
+    ...     after: ClassVar[float] = 0.0
+    >>> fv.WavePropagation(fv.HLL(), splitting=SourcesFirst()).splitting
+    SourcesFirst()
     """
 
     before: ClassVar[float]

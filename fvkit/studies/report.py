@@ -6,7 +6,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.files import csv_text
 from fvkit.studies.orders import observed
+from fvkit.studies.report_data import ReportData, flat
 from fvkit.studies.tables import ROUNDING, WIDTH, filled, plain, preformatted, table
 from fvkit.studies.work_precision import Row, WorkPrecision, time_to_reach, work_precision
 
@@ -23,14 +24,6 @@ if TYPE_CHECKING:
 
 #: Columns that identify the scheme of a run; the table shows those that differ between the runs.
 SETTINGS = ("scheme", "limiter", "order", "integrator", "options")
-
-
-class Profile(NamedTuple):
-    """Observables over x at the end of a run, (n,); with two axes over x and y, (ny, nx)."""
-
-    x: np.ndarray
-    observables: dict[str, np.ndarray]
-    y: np.ndarray | None = None
 
 
 def environment(*packages: str) -> tuple[dict[str, Any], dict[str, str]]:
@@ -55,7 +48,7 @@ def _processor() -> str:
 
 
 @attrs.frozen(eq=False)
-class Report:
+class Report(ReportData):
     """Result of a comparison: errors and run times of many runs of one scene.
 
     Parameters
@@ -65,40 +58,11 @@ class Report:
     rows : one dict per run; a failed run is a row with its status.
     machine, versions : hardware and software of the measurement, see `environment`.
     full_model : name of the model of the reference; errors of other models include a modelling error.
-    profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
+    profiles : {label: `FinalProfile`} of the finest run of each series; the reference under ``"reference"``.
     bottom : (x, b) on the finest grid, b (n,) or (ny, nx); None if flat.
     remarks : further information on the reference, {name: dict with a line of ``text``, or None}, for the table and
         report.json.
     """
-
-    scene: str
-    reference: dict[str, str] = attrs.field(repr=lambda given: given["kind"])
-    rows: list[Row] = attrs.field(repr=lambda rows: f"<{len(rows)} runs>")
-    machine: dict[str, Any] = attrs.field(repr=False)
-    versions: dict[str, str] = attrs.field(repr=False)
-    full_model: str
-    profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
-    bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)
-    remarks: Mapping[str, Mapping[str, Any] | None] = attrs.field(factory=dict, repr=False)
-
-    @property
-    def has_maps(self) -> bool:
-        """Whether the scene has two axes."""
-        return any(profile.y is not None for profile in self.profiles.values())
-
-    def series(self) -> dict[str, list[Row]]:
-        """Return the series of rows that differ only in the number of cells, {label: rows}; labels contain varying settings."""
-        result: dict[str, list[Row]] = {}
-        for row in self.rows:
-            words = [row["model"], row["riemann"], row["limiter"] if self._varies("limiter") else ""]
-            words += [f"order {row['order']}"] if self._varies("order", row) and row["integrator"] is None else []
-            words += [row["integrator"] or ""] if self._varies("integrator", row) else []
-            result.setdefault(" ".join(filter(None, [*words, row["options"] if self._varies("options") else ""])), []).append(row)
-        return result
-
-    def _varies(self, key: str, like: Row | None = None) -> bool:
-        """Whether rows differ in a column; with ``like`` only among rows of the same scheme."""
-        return len({row[key] for row in self.rows if like is None or row["scheme"] == like["scheme"]}) > 1
 
     def table(self, wide: bool = False) -> str:
         """Return the report as text of at most `WIDTH` columns: a header, one line per run, notes and the verdict.
@@ -173,8 +137,8 @@ class Report:
 
     def columns(self) -> list[str]:
         """Return the names of the numeric columns of report.csv."""
-        flat = [_flat(row) for row in self.rows]
-        return list(dict.fromkeys(key for row in flat for key, value in row.items() if isinstance(value, (int, float))))
+        rows = [flat(row) for row in self.rows]
+        return list(dict.fromkeys(key for row in rows for key, value in row.items() if isinstance(value, (int, float))))
 
     def figure(self, x: str = "seconds", y: str = "error.h") -> "Figure":
         """Return a figure of one column over another, one line per series.
@@ -193,10 +157,6 @@ class Report:
         known = self.columns()
         names = [validation.choice(name, axis, known) for axis, name in (("x", x), ("y", y))]
         return any_columns(self, *names)
-
-    def flat_series(self) -> dict[str, list[Row]]:
-        """Return `series` with rows as in report.csv, {label: rows}."""
-        return {label: [_flat(row) for row in rows] for label, rows in self.series().items()}
 
     def verdict(self) -> str:
         """Return the verdict as one line: the fastest solver of the full model at an error that all reach; errors of others."""
@@ -260,9 +220,9 @@ class Report:
 
     def to_csv(self) -> str:
         """Return the rows as CSV text, with columns such as ``error.h`` for nested values."""
-        flat = [_flat(row) for row in self.rows]
-        columns = list(dict.fromkeys(key for row in flat for key in row))
-        return csv_text(columns, ([row.get(name, "") for name in columns] for row in flat))
+        rows = [flat(row) for row in self.rows]
+        columns = list(dict.fromkeys(key for row in rows for key in row))
+        return csv_text(columns, ([row.get(name, "") for name in columns] for row in rows))
 
 
 def observed_orders(before: Row | None, row: Row) -> dict[str, float | None]:
@@ -295,10 +255,3 @@ def _narrow(columns: dict[str, list[str]]) -> list[str]:
 def _lines(columns: Mapping[str, list[str]]) -> list[list[str]]:
     heads = ["ord." if name.startswith("ord. ") else name for name in columns]
     return [heads, *map(list, zip(*columns.values(), strict=True))]
-
-
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for key, value in row.items():
-        result |= {f"{key}.{name}": item for name, item in value.items()} if isinstance(value, Mapping) else {key: value}
-    return result

@@ -1,43 +1,18 @@
 """Figures of a report: error versus time, error versus cells, profiles, and any column over any other."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from fvkit.output.figures import COLORS, legend_below, new_axes, plot_series, slope_guides, style
+from fvkit.studies.report_data import ReportData
 from fvkit.studies.tables import ROUNDING
 
 
-class Compared(Protocol):
-    """Protocol of the report that the figures use."""
-
-    @property
-    def scene(self) -> str: ...
-
-    @property
-    def reference(self) -> dict[str, str]: ...
-
-    @property
-    def rows(self) -> list[dict[str, Any]]: ...
-
-    @property
-    def full_model(self) -> str: ...
-
-    @property
-    def profiles(self) -> dict[str, Any]: ...
-
-    @property
-    def bottom(self) -> tuple[np.ndarray, np.ndarray] | None: ...
-
-    def series(self) -> dict[str, list[dict[str, Any]]]: ...
-
-    def flat_series(self) -> dict[str, list[dict[str, Any]]]: ...
-
-
-def _observables(report: Compared) -> list[str]:
+def _observables(report: ReportData) -> list[str]:
     """Return the first two observables with errors above round-off, else the first one."""
     largest: dict[str, float] = {}
     for row in report.rows:
@@ -46,7 +21,7 @@ def _observables(report: Compared) -> list[str]:
     return [name for name, error in largest.items() if error > ROUNDING][:2] or list(largest)[:1]
 
 
-def _series(report: Compared, name: str) -> dict[str, list[dict[str, float]]]:
+def _series(report: ReportData, name: str) -> dict[str, list[dict[str, float]]]:
     """Return cells, times and errors per series, {label: rows}; an asterisk marks models other than the full model."""
     result = {}
     for label, rows in report.series().items():
@@ -56,12 +31,12 @@ def _series(report: Compared, name: str) -> dict[str, list[dict[str, float]]]:
     return result
 
 
-def _note(report: Compared) -> str:
+def _note(report: ReportData) -> str:
     others = any(row["model"] != report.full_model for row in report.rows)
     return f"scene {report.scene}, reference {report.reference['kind']}" + ("; * includes the model error" if others else "")
 
 
-def error_against_time(report: Compared) -> Figure:
+def error_against_time(report: ReportData) -> Figure:
     """Return a figure of the error over wall time, with the number of cells beside the markers."""
     names = _observables(report)
     figure, axes = new_axes(1, max(1, len(names)))
@@ -75,7 +50,7 @@ def error_against_time(report: Compared) -> Figure:
     return figure
 
 
-def error_against_cells(report: Compared) -> Figure:
+def error_against_cells(report: ReportData) -> Figure:
     """Return a figure of the error over the number of cells, with reference slopes of order 1, 2 and the nominal orders."""
     names = _observables(report)
     figure, axes = new_axes(1, max(1, len(names)))
@@ -93,7 +68,7 @@ def error_against_cells(report: Compared) -> Figure:
     return figure
 
 
-def any_columns(report: Compared, x: str, y: str) -> Figure:
+def any_columns(report: ReportData, x: str, y: str) -> Figure:
     """Return a figure of column ``y`` over column ``x``, one line per series; axes with positive values are logarithmic."""
     figure, axes = new_axes()
     ax, values = axes[0], []
@@ -111,7 +86,7 @@ def any_columns(report: Compared, x: str, y: str) -> Figure:
     return figure
 
 
-def profiles(report: Compared) -> Figure:
+def profiles(report: ReportData) -> Figure:
     """Return a figure of the final observables on the finest grids, with the reference and the bottom; with two axes along x
     through the middle."""
     lines = {label: _through_the_middle(profile) for label, profile in report.profiles.items()}
@@ -153,10 +128,10 @@ def _through_the_middle(profile: Any) -> Any:
     return profile._replace(observables={name: _middle(values) for name, values in profile.observables.items()}, y=None)
 
 
-def maps(report: Compared) -> Figure:
+def maps(report: ReportData) -> Figure:
     """Return a figure of a scene with two axes: a map of the first observable of the reference, and what each series has more or
     less on its finest grid, all to one scale."""
-    reference = report.profiles["reference"]
+    reference: Any = report.profiles["reference"]  # with y
     name = next(iter(reference.observables))
     wanted = reference.observables[name]
     apart = {label: profile.observables[name] - wanted for label, profile in report.profiles.items()
@@ -181,17 +156,17 @@ def maps(report: Compared) -> Figure:
     return figure
 
 
-def _finish(figure: Figure, axes: list, report: Compared) -> None:
+def _finish(figure: Figure, axes: list, report: ReportData) -> None:
     figure.suptitle(_note(report), fontsize="medium")
     legend_below(figure, axes, 3, "small")
 
 
 #: {file name without extension: function of the report}; `pictures` adds what a scene with two axes has.
-PICTURES: dict[str, Callable[[Compared], Figure]] = {
+PICTURES: dict[str, Callable[[ReportData], Figure]] = {
     "error_time": error_against_time, "error_cells": error_against_cells, "profiles": profiles,
 }
 
 
-def pictures(axes: int) -> dict[str, Callable[[Compared], Figure]]:
+def pictures(axes: int) -> dict[str, Callable[[ReportData], Figure]]:
     """Return the pictures of a report of a scene with so many axes, {file name without extension: function of the report}."""
     return PICTURES | ({"maps": maps} if axes > 1 else {})

@@ -31,6 +31,20 @@ class Reference(ABC):
     ----------
     kind : one of ``KINDS``.
     detail : one sentence: which solution, how accurate.
+
+    Examples
+    --------
+    >>> import attrs
+    >>> import numpy as np
+    >>> import fvkit as fv
+    >>> import fvkit_granular as gr
+    >>> @attrs.frozen
+    ... class StillWater(gr.Reference):
+    ...     def averages(self, model, grid, t):
+    ...         return np.stack([np.ones(grid.shape), np.zeros(grid.shape)])
+    >>> StillWater("exact", "1 m of water at rest").averages(gr.ShallowWater(), fv.Grid(0.0, 1.0, 3), 0.0)
+    array([[1., 1., 1.],
+           [0., 0., 0.]])
     """
 
     kind: str = validation.field(validation.choice, known=KINDS)

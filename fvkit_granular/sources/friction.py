@@ -69,6 +69,18 @@ class BasalFriction(Source):
     push, so the lower, dry end of a pile on a slope stays at rest. Derived here.
 
     `fvkit.rhs`: a pile stays at rest, but a pile that begins to slide feels friction only after it moves.
+
+    Examples
+    --------
+    >>> import attrs
+    >>> import fvkit_granular as gr
+    >>> @attrs.frozen
+    ... class Viscous(gr.BasalFriction):
+    ...     k: float
+    ...     def resistance(self, model, load, h, speed):
+    ...         return self.k * speed / h
+    >>> float(Viscous(0.2).resistance(gr.ShallowWater(), 9.81, 0.5, 2.0))
+    0.8
     """
 
     static: ClassVar[bool] = True

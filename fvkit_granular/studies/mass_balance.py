@@ -39,6 +39,13 @@ class MassBalance:
     ----------
     error : dict
         {phase: last - first - sum of entered, relative to the initial volume and the inflow}; round-off in a correct run.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> balance = gr.MassBalance(first={"h": 2.0}, last={"h": 5.0}, entered={"west": {"h": 4.0}, "east": {"h": -1.0}}, contact={})
+    >>> balance.error
+    {'h': 0.0}
     """
 
     first: Mapping[str, float]

@@ -1,28 +1,32 @@
 """Peers' own pinned numbers at equal degrees of freedom: Trixi's manufactured solutions, PyClaw's dam break and sill.
 
-    python -m tests.benchmarks.peers [shallow layers dam sill]
+    python -m tests.benchmarks.peers [shallow layers moving step dam sill]
 
 * TrixiShallowWater.jl, commit df6d8be (MIT): what its tests pin for elixir_shallowwater_source_terms.jl and
-  elixir_shallowwater_twolayer_convergence.jl, 8 elements of degree 3, rms over the domain.
+  elixir_shallowwater_twolayer_convergence.jl, 8 elements of degree 3, for elixir_shallowwater_moving_water_subsonic.jl, _transonic.jl
+  and _shock.jl, 128 elements, and for elixir_shallowwater_twolayer_dam_break.jl, 32 elements; rms over the domain.
 * PyClaw, commit c9b889b (BSD-3): depths that its tests of examples/shallow_1d pin, 500 cells; their errors were computed here once.
   Nothing of either is in this project, nor runs here.
 
-The manufactured solutions are integrated in time by SciPy's DOP853 (`fvkit.rhs`): a source of fvkit is not a function of time.
+The source of the manufactured solutions is a `fvkit.Forcing`. At fifth order SciPy's DOP853 integrates it with `fvkit.rhs`: `Forcing`
+acts once in a step, at second order in time.
 """
 
 from typing import NamedTuple
 
+import attrs
 import numpy as np
 from scipy.integrate import solve_ivp
 
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit_granular import exact
+from tests.benchmarks.channels import bump_missed
 from tests.benchmarks.chapter import SCHEMES, command, flow_means, means, order, table
 
 #: The waves of both manufactured solutions have this number: the interval is [0, sqrt(2)], periodic.
 WAVE, LENGTH = 2.0 * np.pi * np.sqrt(2.0), np.sqrt(2.0)
-STEP = 1e-3
+WIDTH = 1e-3
 
 
 class Manufactured(NamedTuple):
@@ -66,7 +70,7 @@ def source(case, x, t):
     weights = ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0))
 
     def slope(function, place):
-        return sum(w * (function(place + k * STEP) - function(place - k * STEP)) for k, w in weights) / STEP
+        return sum(w * (function(place + k * WIDTH) - function(place - k * WIDTH)) for k, w in weights) / WIDTH
 
     model, q = case.model, case.state(x, t)
     rate = slope(lambda when: case.state(x, when), t)
@@ -85,14 +89,24 @@ def manufactured_errors(case, scheme, cells):
     grid = fv.Grid(0.0, LENGTH, cells)
     start = means(lambda x: case.state(x, 0.0), grid.edges)
     problem = fv.Problem(case.model, grid, start, case.t, {"b": means(case.bottom, grid.edges)}, fv.Periodic())
+    found = _at_high_order(case, problem, scheme) if isinstance(scheme, fv.MethodOfLines) else _forced(case, problem, scheme)
+    missed = found - means(lambda x: case.state(x, case.t), grid.edges)
+    return rms(missed)
+
+
+def _forced(case, problem, scheme):
+    forcing = fv.Forcing(lambda x, t: source(case, x, t))
+    return fv.solve(attrs.evolve(problem, sources=forcing), scheme).q[-1]
+
+
+def _at_high_order(case, problem, scheme):
     rate = fv.rhs(problem, scheme)
 
     def with_source(t, flat):
-        return rate(t, flat) + means(lambda x: source(case, x, t), grid.edges).ravel()
+        return rate(t, flat) + means(lambda x: source(case, x, t), problem.grid.edges).ravel()
 
-    run = solve_ivp(with_source, (0.0, case.t), start.ravel(), method="DOP853", rtol=1e-10, atol=1e-12)
-    missed = run.y[:, -1].reshape(start.shape) - means(lambda x: case.state(x, case.t), grid.edges)
-    return np.sqrt((missed**2).mean(axis=1))
+    run = solve_ivp(with_source, (0.0, case.t), problem.q0.ravel(), method="DOP853", rtol=1e-10, atol=1e-12)
+    return run.y[:, -1].reshape(problem.q0.shape)
 
 
 def manufactured(case, names):
@@ -113,6 +127,45 @@ def shallow():
 
 def layers():
     manufactured(LAYERS, ("lower h", "lower h v", "upper h", "upper h v"))
+
+
+#: What Trixi pins for steady flow over a bump, 128 elements of degree 3, after 0.25 s: rms of h and of h v.
+MOVING = {"subcritical": (8.417e-8, 1.219e-7), "transcritical": (1.435e-8, 2.718e-8), "jump": (5.085e-3, 3.519e-3)}
+
+
+def rms(missed):
+    """Root mean square of each component."""
+    return np.sqrt((missed**2).mean(axis=-1))
+
+
+def moving():
+    rows = []
+    for regime, peer in MOVING.items():
+        for name in ("Roe", "Relaxation", "MP5"):
+            found = [rms(bump_missed(regime, SCHEMES[name], 512, background, t=0.25, still=False, length=32.0)) for background in (False, True)]
+            rows.append([regime, name, *found[0], *found[1]])
+        rows.append([regime, "Trixi, degree 3", *peer, "", ""])
+    table(["flow", "scheme, 512 cells or nodes", "h", "h v", "h, background=", "h v, background="], rows)
+
+
+#: What Trixi pins for two layers that break over a step of the bottom: rms of the state, whose exact one it takes for the first one.
+STEP = (0.0876424, 0.4541231, 0.1000775, 0.5670693)
+
+
+def step_change(scheme, cells=128):
+    """Return the rms of the change of the lower and the upper layer, h and h v each, in 0.25 s."""
+    grid = fv.Grid(0.0, 20.0, cells)
+    left = grid.centers < 10.0
+    b, lower, upper = (np.where(left, *sides) for sides in ((0.0, 0.5), (2.0, 1.0), (2.0, 1.5)))
+    start = np.stack([lower, 0.0 * b, upper, 0.0 * b])
+    problem = fv.Problem(gr.TwoLayer(g=9.81, gamma=0.9), grid, start, 0.25, {"b": b}, fv.Wall())
+    return rms(fv.solve(problem, scheme).q[-1] - start)
+
+
+def step():
+    rows = [[name, *(f"{value:.4f}" for value in step_change(SCHEMES[name]))] for name in ("Roe", "Relaxation", "HLL", "Rusanov", "MP5")]
+    rows.append(["Trixi, degree 3", *(f"{value:.4f}" for value in STEP)])
+    table(["change in 0.25 s, 128 cells or nodes", "lower h", "lower h v", "upper h", "upper h v"], rows)
 
 
 #: L1 of the depth times the length, of PyClaw's pinned depths: against Stoker's solution, and against MP5 on 4000 cells.
@@ -158,4 +211,4 @@ def sill():
 
 
 if __name__ == "__main__":
-    command(__doc__, {part.__name__: part for part in (shallow, layers, dam, sill)})
+    command(__doc__, {part.__name__: part for part in (shallow, layers, moving, step, dam, sill)})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks import peers
+from tests.benchmarks.channels import bump_missed
 from tests.benchmarks.chapter import SCHEMES
 from tests.cases import orders
 
@@ -13,6 +14,24 @@ def test_the_fifth_order_beats_elements_of_degree_3_at_equal_degrees_of_freedom(
     found = np.array([peers.manufactured_errors(case, SCHEMES["MP5"], cells) for cells in (32, 64)])
     assert (found[0] < np.array(case.peer) / 3.0).all()
     assert orders(found).min() > 4.5
+
+
+def test_a_forcing_makes_a_manufactured_flow_one_of_second_order():
+    found = np.array([peers.manufactured_errors(peers.SHALLOW, SCHEMES["Roe"], cells) for cells in (64, 128)])
+    assert orders(found).min() > 1.6
+
+
+@pytest.mark.parametrize("scheme", ["Roe", "Relaxation"])
+def test_a_standing_jump_is_nearer_to_bernoulli_than_trixi_has_it_and_kept_with_a_background(scheme):
+    def missed(background):
+        return peers.rms(bump_missed("jump", SCHEMES[scheme], 512, background, t=0.25, still=False, length=32.0))
+
+    assert (missed(False) < np.array(peers.MOVING["jump"])).all()
+    assert missed(True).max() < 1e-15
+
+
+def test_two_layers_that_break_over_a_step_change_as_trixi_has_it():
+    np.testing.assert_allclose(peers.step_change(SCHEMES["HLL"]), peers.STEP, rtol=0.07)
 
 
 def test_sources_of_manufactured_flows_are_those_that_the_equations_leave():

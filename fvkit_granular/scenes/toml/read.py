@@ -109,6 +109,17 @@ def load_scene(path: str | Path) -> Scene:
         For a mistake, with file, key and nearest match.
     FileNotFoundError
         Where there is no such file.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import fvkit_granular as gr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder, "dam.toml")
+    ...     _ = path.write_text(gr.scene_text(gr.scene("dam-break")), encoding="utf-8")
+    ...     scene = gr.load_scene(path)
+    >>> scene.interval
+    (-5.0, 5.0)
     """
     top = read_toml(path).only(TOP)
     on_terrain = "terrain" in top.data
