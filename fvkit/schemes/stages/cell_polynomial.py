@@ -9,7 +9,7 @@ from fvkit.pointwise.polynomial import polynomial
 from fvkit.problem.answers import flux
 from fvkit.schemes.background import of_background
 from fvkit.schemes.scheme import NET
-from fvkit.schemes.stages.faces import COMPOSITE, beyond, composite
+from fvkit.schemes.stages.faces import COMPOSITE, composite, excess_speeds
 from fvkit.schemes.stages.shore_limiter import allowed_share, any_applies, rules, scaled
 
 #: What is found of a cell: the states and aux values at its faces, and the integral over it.
@@ -33,7 +33,7 @@ def convex_share(model, q, aux):
     """
     excess, largest = 0.0, TINY
     for left, right, auxl, auxr in zip(q[:-1], q[1:], aux[:-1], aux[1:], strict=True):
-        outside, s1, s2 = beyond(model, left, right, auxl, auxr)
+        outside, s1, s2 = excess_speeds(model, left, right, auxl, auxr)
         excess, largest = maximum(excess, outside), maximum(largest, maximum(np.abs(s1), np.abs(s2)))
     return minimum(maximum(2.0 - COMPOSITE * excess / largest, 0.0), 1.0)
 
