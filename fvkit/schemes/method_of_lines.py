@@ -46,8 +46,8 @@ class MethodOfLines(Scheme):
     the cell and its neighbours. Faces where a phase separates faster than sound use the relaxation solver. With an SSP
     integrator depths stay non-negative; `DP5` and `ARK4` do not guarantee that.
 
-    Composite waves of a nonconvex flux (shock and fan attached) may converge to a shock that violates the entropy condition;
-    use `WavePropagation` for them.
+    First order, too, at composite waves of a scalar flux that is not convex (fan and shock in one), which converge to the
+    entropy solution.
 
     For discontinuous solutions second-order `WavePropagation` reaches the same error in a fifth of the time. Static friction
     (piles at rest) is not supported; use `WavePropagation`.

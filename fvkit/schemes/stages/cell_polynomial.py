@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from fvkit.pointwise import add, scale, subtract, where
+from fvkit.pointwise import TINY, add, maximum, minimum, scale, subtract, where
 from fvkit.pointwise.polynomial import polynomial
 from fvkit.problem.answers import flux
 from fvkit.schemes.background import of_background
 from fvkit.schemes.scheme import NET
+from fvkit.schemes.stages.faces import COMPOSITE, composite, excess_speeds
 from fvkit.schemes.stages.shore_limiter import allowed_share, any_applies, rules, scaled
 
 #: What is found of a cell: the states and aux values at its faces, and the integral over it.
@@ -17,7 +18,24 @@ FOUND = ("left", "right", "left_aux", "right_aux", "inside")
 
 def reconstruct(parts, ratio, q, aux):
     """Return the states and aux values at both faces of a cell, and the integral over it."""
-    return dict(zip(FOUND, on_cell(parts.model, *unlimited(parts, (*q, *aux))), strict=True))
+    here, bed, *deviation = cell = unlimited(parts, (*q, *aux))
+    if composite(parts.model):
+        cell = limited(here, bed, convex_share(parts.model, q, aux), *deviation)
+    return dict(zip(FOUND, on_cell(parts.model, *cell), strict=True))
+
+
+def convex_share(model, q, aux):
+    """Return the share of the deviations that a composite wave, fan and shock in one, leaves.
+
+    Sharper values would turn it into a shock that breaks the entropy condition. The share is 1 where speeds between neighbours
+    leave those of both by less than 1/`COMPOSITE` of the largest in the stencil, and 0 from twice that on, so smooth flow has
+    its order. Derived here.
+    """
+    excess, largest = 0.0, TINY
+    for left, right, auxl, auxr in zip(q[:-1], q[1:], aux[:-1], aux[1:], strict=True):
+        outside, s1, s2 = excess_speeds(model, left, right, auxl, auxr)
+        excess, largest = maximum(excess, outside), maximum(largest, maximum(np.abs(s1), np.abs(s2)))
+    return minimum(maximum(2.0 - COMPOSITE * excess / largest, 0.0), 1.0)
 
 
 def near_shore(parts, ratio, q, aux, left, right, **others):
