@@ -35,7 +35,7 @@ from fvkit.run.recording import Stream
 from fvkit.run.resume import resume
 from fvkit.run.rhs import rhs
 from fvkit.run.solve import solve
-from fvkit.run.step_length import Step
+from fvkit.run.step_bounds import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop, StopAtRest
 from fvkit.schemes.integrators import ARK4, DP5, SSPRK3, SSPRK104, Integrator

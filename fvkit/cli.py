@@ -116,16 +116,29 @@ def _as_typed(message: str, spelled: Mapping[str, str]) -> str:
     return re.sub(r"`(\w+)", lambda found: f"`{spelled.get(found[1], found[1])}", message)
 
 
-def done_so_far(study: Callable[[], Any]) -> tuple[Any, bool]:
-    """Return the result of a study, and whether Ctrl-C ended it: then the result is what was done so far."""
+def progress_line() -> Callable[[str], None] | None:
+    """A function that shows one changing line on a terminal; None where stderr is none."""
+    if not sys.stderr.isatty():
+        return None
+    return lambda line: print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+
+
+def done_so_far(study: Callable[..., Any], tell: Callable[[str], None] | None = None) -> tuple[Any, bool]:
+    """Return the result of a study, and whether Ctrl-C ended it: then the result is what was done so far.
+
+    Where there is a `progress_line`, the study gets it as ``progress``, and the line is empty at the end.
+    """
     try:
-        return study(), False
+        return study() if tell is None else study(progress=tell), False
     except KeyboardInterrupt as error:
         found = getattr(error, "result", None)
         if found is None:
             raise
         _say("interrupted: what follows is what was done so far")
         return found, True
+    finally:
+        if tell is not None:
+            tell("")
 
 
 @contextmanager
@@ -151,10 +164,6 @@ def _warn(message: Warning | str, category: type[Warning], filename: str, lineno
     _say(f"warning: {message}")
 
 
-if __name__ == "__main__":
-    sys.exit(main())
-
-
 def register(commands: Any) -> None:
     """Add the commands to the parser of ``fvkit``."""
     parser = add_command(commands, "cache", _cache, "show or clear the cache of compiled kernels",
@@ -173,3 +182,7 @@ def _cache(options: argparse.Namespace) -> int:
 def _cite(options: argparse.Namespace) -> int:
     print(bibtex(__version__))
     return SUCCESS
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -14,15 +14,15 @@ from fvkit import validation
 from fvkit.validation import Portable
 
 
-def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace: bool = True) -> Path:
-    """Let ``write`` fill a temporary file beside ``path``, then rename it: an existing file survives any failure.
+def write_whole(path: str | Path, content: str | bytes | Callable[[IO[bytes]], Any], *, replace: bool = True) -> Path:
+    """Write a temporary file beside ``path``, then rename it: an existing file survives any failure.
 
     Any number of processes and threads may do so at once, each with a temporary file of its own: the last one counts.
 
     Parameters
     ----------
     path : path of the file; its folder must exist.
-    write : function of the open binary file.
+    content : text, bytes, or a function that writes to the open binary file.
     replace : False refuses where a file exists, also one that another process has made in the meantime.
 
     Returns
@@ -41,7 +41,7 @@ def write_whole(path: str | Path, write: Callable[[IO[bytes]], Any], *, replace:
     temporary = temporary_beside(target)
     try:
         with open(temporary, "xb") as file:
-            write(file)
+            content(file) if callable(content) else file.write(content.encode() if isinstance(content, str) else content)
         if replace:
             os.replace(temporary, target)
         else:

@@ -1,19 +1,11 @@
-"""State of a run between and within steps: counters, clocks, lengths of steps, and how a call of a kernel ended."""
+"""State of a run between and within steps: counters and clocks, and how a call of a kernel ended."""
 
 from enum import IntEnum
-from math import ceil
 from typing import Any
 
 import numpy as np
 
-#: Within this many steps of an output time, step lengths are equalised.
-EVEN = 1000
-
-#: Retries per step; a retry shortens the step to the target Courant number, at most by a factor of 4.
-MAX_RETRIES, SHORTEST = 30, 0.25
-
-#: Slack when the number of remaining steps is rounded up.
-SHY = 1.0 - 1e-12
+from fvkit.backends.step_length import MAX_RETRIES
 
 #: Depth below which a face is one of a film, not of the flow, m; and what one metre is in the units of counts.
 FILM, MICRO = 0.05, 1e6
@@ -119,16 +111,3 @@ class March:
         self.rejected += rejected
         if rejected:
             self.dt = dt
-
-
-def step_length(t: float, dt: float, target: float, pair: bool = False) -> tuple[float, bool]:
-    """Return the length of the next step, and whether it is the last before the target: steps before it are made even.
-
-    A step that begins a ``pair`` of equal ones leaves an even number of them.
-    """
-    if pair and target - t < EVEN * dt:
-        count = ceil((target - t) / dt * SHY)
-        return (target - t) / max(2, count + count % 2), False
-    if dt >= (target - t) * SHY:
-        return target - t, True
-    return (target - t) / ceil((target - t) / dt * SHY) if target - t < EVEN * dt else dt, False

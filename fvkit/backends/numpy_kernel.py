@@ -8,7 +8,7 @@ import numpy as np
 from fvkit.backends.kernel import imposed
 from fvkit.backends.march import March
 from fvkit.backends.numpy_stages import Field, Runner, accepted, cut, lost_faces, settle
-from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial
+from fvkit.backends.python_loop import LostFaces, StepwiseKernel, SweepOutcome, Trial
 from fvkit.pointwise import CHUNK
 from fvkit.problem.problem import Problem
 from fvkit.problem.sources import brought
@@ -62,7 +62,7 @@ class NumpyKernel(StepwiseKernel):
         super().set_fields(t)
         self._aux[:] = self.padded_aux()
 
-    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> Report:
+    def _transport(self, q: np.ndarray, out: np.ndarray, t: float, dt: float) -> SweepOutcome:
         """Write into ``out`` the state after the sweeps of a step. Faces that lost hyperbolicity are those of the first sweep."""
         program, units = self.scheme.program, (1.0, dt / self.problem.grid.dx, dt)
         registers = self._registers if program.registers else (q, out)
@@ -87,11 +87,11 @@ class NumpyKernel(StepwiseKernel):
                 self._sum(sweep.terms, registers[sweep.target], units)
         if program.registers:
             self.inside(out)[:] = self.inside(registers[program.last])
-        return Report(speed, flux, *(first[2:4] if first else ()))
+        return SweepOutcome(speed, flux, *(first[2:4] if first else ()))
 
-    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float) -> Report:
+    def _sweep(self, q: np.ndarray, out: np.ndarray, ratio: float) -> SweepOutcome:
         """Write into the cells of ``out`` what a sweep makes of those of q."""
-        speeds, lost, lost_face, lows = [], Lost(), -1, self._runner.lows
+        speeds, lost, lost_face, lows = [], LostFaces(), -1, self._runner.lows
         flux = self._no_flux if self.closed or not self.mass_rows else np.zeros_like(self._no_flux)
         for start, n in self._chunks:
             fields = self._run(q, start, n, ratio)
@@ -111,7 +111,7 @@ class NumpyKernel(StepwiseKernel):
             if len(faces):
                 lost_face = start + int(faces[0]) if lost_face < 0 else lost_face
                 lost = lost.more(depths, len(faces))
-        return Report(float(np.maximum.reduce(speeds)), flux, lost, lost_face)
+        return SweepOutcome(float(np.maximum.reduce(speeds)), flux, lost, lost_face)
 
     def rate(self, q: np.ndarray, t: float) -> np.ndarray:
         """Return dq/dt (num_eqn, num_cells) at the padded state q: the scheme in the limit dt -> 0, sources left out."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from fvkit.backends.numpy_stages import Field, Runner, cut, lost_faces
 from fvkit.backends.plane_kernel import PlaneKernel
-from fvkit.backends.python_loop import Lost, Report
+from fvkit.backends.python_loop import LostFaces, SweepOutcome
 from fvkit.backends.sweeps import FIRST, Sweep
 from fvkit.pointwise import CHUNK
 from fvkit.problem.problem import Problem
@@ -33,14 +33,14 @@ class NumpySweep(Sweep):
         return {"q": tuple(state[row] for row in self.rows), "aux": tuple(self.lines(aux)[:, :, lanes]),
                 "across": tuple(state[row] for row in self.direction.across)}
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> SweepOutcome:
         n, halo, runner, masses = self.axis.num_cells, self.halo, self._runner, self.model.mass_rows()
         target, source = (self.lines(one)[:, halo:halo + n] for one in (out, q))
         for row in self.direction.still:
             target[row] = source[row]
-        squeezed = self.lines(other[-1:])[0, halo:halo + n] if self.direction.across else None
+        compression = self.lines(other[-1:])[0, halo:halo + n] if self.direction.across else None
         given, flux = self.fluxes(), np.zeros((2, max(len(masses), 1)))
-        speeds, lost, first = [], Lost(), -1
+        speeds, lost, first = [], LostFaces(), -1
         for lanes in self._chunks:
             def set_ends(fields: dict[str, Field], here: slice = lanes) -> None:
                 self._impose(given, fields, here)
@@ -59,9 +59,9 @@ class NumpySweep(Sweep):
                 lost = lost.more(depths, len(places[0]))
             for row, item in zip((*self.rows, *self.direction.across), fields[MOVED], strict=False):
                 target[row, :, lanes] = item  # what was read may stand in the same place
-            if squeezed is not None and place == FIRST:
-                squeezed[:, lanes] = fields[MOVED][-1]
-        return Report(float(np.maximum.reduce(speeds)), flux, lost, first)
+            if compression is not None and place == FIRST:
+                compression[:, lanes] = fields[MOVED][-1]
+        return SweepOutcome(float(np.maximum.reduce(speeds)), flux, lost, first)
 
     def _impose(self, given: list[tuple[int, slice, Any]], fields: dict[str, Field], here: slice) -> None:
         """Impose the mass fluxes of the conditions at the sides."""

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from fvkit.backends.layout import padded_rows
-from fvkit.backends.march import March, step_length
+from fvkit.backends.march import March
 from fvkit.backends.numpy_stages import accepted, settle
 from fvkit.backends.plan import plan
-from fvkit.backends.python_loop import Lost, Report, StepwiseKernel, Trial, together
+from fvkit.backends.python_loop import LostFaces, StepwiseKernel, SweepOutcome, Trial, together
+from fvkit.backends.step_length import step_length
 from fvkit.backends.sweeps import FIRST, LAST, SECOND, Sweep
 from fvkit.problem import fields
 from fvkit.problem.model import aux_rows
@@ -43,7 +44,7 @@ class PlaneKernel(StepwiseKernel):
             raise ValueError(f"`num_cells` must be >= {self.halo} along each axis for this scheme, got {problem.grid.num_cells}: "
                              "what varies along one axis alone is a problem on fv.Grid(lower, upper, num_cells)")
         self.sweeps = [self.sweep_kind(problem, scheme, one, k, self.halo) for k, one in enumerate(parts)]
-        self._sees = [(sweep.model, sweep.rows) for sweep in self.sweeps]
+        self._models = [(sweep.model, sweep.rows) for sweep in self.sweeps]
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
@@ -58,8 +59,8 @@ class PlaneKernel(StepwiseKernel):
         more = sum(field.size for field in problem.fields)
         self._known = own + more
         pulls = 3 * self.parts.across if self.joint else 0
-        squeeze = int(self.parts.across > 0)
-        first = self.padded(np.zeros((own + more + pulls + squeeze, *problem.grid.shape)))
+        compression = int(self.parts.across > 0)
+        first = self.padded(np.zeros((own + more + pulls + compression, *problem.grid.shape)))
         for row, values in zip(first, aux_rows(model, problem.aux_averages), strict=False):
             self.inside(row[None])[0] = values
         for sweep in self.sweeps:
@@ -105,12 +106,12 @@ class PlaneKernel(StepwiseKernel):
     def trial(self, march: March, dt: float) -> Trial:
         kept: Kept = []
         try:
-            return self._tried(march, dt, kept)
+            return self._trial_step(march, dt, kept)
         finally:  # also after Ctrl-C: a run saves the accepted state
             for where, values in kept[::-1]:
                 self._put(march.now, where, values)
 
-    def _tried(self, march: March, dt: float, kept: Kept) -> Trial:
+    def _trial_step(self, march: March, dt: float, kept: Kept) -> Trial:
         """Try a step, and note in ``kept`` the cells of the accepted state that sources change in place."""
         splitting, pair = self.scheme.splitting, self.sweeps if march.steps % 2 == 0 else self.sweeps[::-1]
         gained = np.zeros((self.book_rows - 4, max(len(self.mass_rows), 1)))
@@ -120,7 +121,7 @@ class PlaneKernel(StepwiseKernel):
         reports = self._swept(start, march.next, march.t + 0.5 * dt, dt, pair)
         if len(reports) == 1:
             speed = reports[0].speed * self.dx / pair[0].axis.dx
-            return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, Lost(), -1)
+            return Trial(speed, False, np.zeros((4, gained.shape[1])), gained, LostFaces(), -1)
         speed = max(report.speed * (self.dx / sweep.axis.dx) for report, sweep in zip(reports, pair, strict=True))
         if not isfinite(sum(report.speed for report in reports)):
             speed = float("nan")
@@ -142,16 +143,16 @@ class PlaneKernel(StepwiseKernel):
             self._act(source, start, dt, gain, where)
         return start
 
-    def _swept(self, start: np.ndarray, out: np.ndarray, t: float, dt: float, pair: list[Sweep]) -> list[Report]:
+    def _swept(self, start: np.ndarray, out: np.ndarray, t: float, dt: float, pair: list[Sweep]) -> list[SweepOutcome]:
         """Write into ``out`` the state after both sweeps, with boundaries of time t; return what they report.
 
         After a sweep for which the step is too long, whose state may have negative masses, there is no second one.
         """
         first, second = pair
         first.fill(start, t)
-        self._look_round(start)
+        self._find_active(start)
         if self.joint:
-            self._look_across(start, t, first)
+            self._fill_joint_rows(start, t, first)
         if self.parts.across:
             self._clear(self.given[first.number][-1])
         one = first.run(start, out, self.given[first.number], dt, FIRST, self.given[second.number])
@@ -159,9 +160,9 @@ class PlaneKernel(StepwiseKernel):
             return [one]
         second.fill(out, t)
         if self.parts.across:
-            squeezed = self.given[second.number]
-            second.fill_given(squeezed, slice(len(squeezed) - 1, len(squeezed)), of_the_model=False)
-        self._look_round(out, second)
+            compression = self.given[second.number]
+            second.fill_given(compression, slice(len(compression) - 1, len(compression)), of_the_model=False)
+        self._find_active(out, second)
         place = LAST if second.settles and self._few else SECOND
         return [one, second.run(out, out, self.given[second.number], dt, place, self.given[first.number])]
 
@@ -175,20 +176,20 @@ class PlaneKernel(StepwiseKernel):
         good = not (settled and bad)
         for where in acted if settled else [None]:
             cells = self._cells(q, where)
-            settle(cells, self._sees)
+            settle(cells, self._models)
             if where is not None and self.problem.model.defines("settle"):
                 self._put(q, where, cells)
-            good = good and accepted(cells, self.mass_rows, self._sees)
+            good = good and accepted(cells, self.mass_rows, self._models)
         return good
 
-    def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
+    def _find_active(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         """Find the cells with mass, before a step (None) or in the ghost cells of a sweep; a kernel may leave out the others."""
 
     def _clear(self, row: np.ndarray) -> None:
         """Set to 0 a padded row that sweeps write."""
         row[:] = 0.0
 
-    def _look_across(self, q: np.ndarray, t: float, filled: Sweep) -> None:
+    def _fill_joint_rows(self, q: np.ndarray, t: float, filled: Sweep) -> None:
         """Write the velocity of each phase across every axis, its push there and the mass that takes it.
 
         The ghost cells of the sweep ``filled`` hold those of time t already.

@@ -8,37 +8,38 @@ from typing import NamedTuple
 import numpy as np
 
 from fvkit.backends.kernel import Kernel
-from fvkit.backends.march import FILM, MICRO, SHORTEST, March, Outcome, step_length
+from fvkit.backends.march import FILM, MICRO, March, Outcome
+from fvkit.backends.step_length import shortened, step_length
 
 
-class Lost(NamedTuple):
+class LostFaces(NamedTuple):
     """How many faces lost hyperbolicity, how many of them in films, and the depth of the deepest, in whole micrometres."""
 
     faces: int = 0
     films: int = 0
     deepest: int = 0
 
-    def more(self, depths: np.ndarray | None, count: int) -> "Lost":
+    def more(self, depths: np.ndarray | None, count: int) -> "LostFaces":
         """Return the sum with so many faces of these depths, in micrometres; None for a model without a depth."""
         if depths is None:
             return self._replace(faces=self.faces + count)
         films = int(np.count_nonzero(depths < FILM * MICRO))
-        return Lost(self.faces + count, self.films + films, max(self.deepest, int(np.max(depths, initial=0.0))))
+        return LostFaces(self.faces + count, self.films + films, max(self.deepest, int(np.max(depths, initial=0.0))))
 
 
-def together(every: Iterable[Lost]) -> Lost:
+def together(every: Iterable[LostFaces]) -> LostFaces:
     """Return the sum of several counts."""
     faces, films, deepest = zip(*every, strict=True)
-    return Lost(sum(faces), sum(films), max(deepest))
+    return LostFaces(sum(faces), sum(films), max(deepest))
 
 
-def counted(found: Sequence[np.ndarray]) -> tuple[Lost, int]:
+def counted(found: Sequence[np.ndarray]) -> tuple[LostFaces, int]:
     """Return what compiled code has counted on each thread, see `Scratch`, added up, and the first of the faces."""
     firsts = [int(item[1]) for item in found if item[1] >= 0]
-    return together(Lost(*item[[0, 2, 3]].tolist()) for item in found), min(firsts, default=-1)
+    return together(LostFaces(*item[[0, 2, 3]].tolist()) for item in found), min(firsts, default=-1)
 
 
-class Report(NamedTuple):
+class SweepOutcome(NamedTuple):
     """What a sweep reports.
 
     Attributes
@@ -51,7 +52,7 @@ class Report(NamedTuple):
 
     speed: float
     flux: np.ndarray
-    lost: Lost = Lost()
+    lost: LostFaces = LostFaces()
     lost_cell: int = -1
     bad: bool = False
 
@@ -72,7 +73,7 @@ class Trial(NamedTuple):
     good: bool
     flux: np.ndarray
     brought: np.ndarray
-    lost: Lost
+    lost: LostFaces
     lost_face: int
 
 
@@ -122,7 +123,7 @@ class StepwiseKernel(Kernel):
                 outcome = Outcome.PAUSED if isfinite(cfl) and report.good else Outcome.BAD_STATE
                 break
             rejected += 1
-            dt, last = dt * max(scheme.cfl / cfl, SHORTEST), False
+            dt, last = shortened(dt, cfl, scheme.cfl), False
             if not self.steady:
                 dt, last = self.length(march, dt, target)
         if outcome is not Outcome.PAUSED:

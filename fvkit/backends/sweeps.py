@@ -10,7 +10,7 @@ import numpy as np
 
 from fvkit.backends.kernel import as_slice, ghosts_and_seen, imposed
 from fvkit.backends.plan import Plan, plan
-from fvkit.backends.python_loop import Report
+from fvkit.backends.python_loop import SweepOutcome
 from fvkit.problem.grid import Side
 from fvkit.problem.problem import Problem
 from fvkit.problem.side import Section
@@ -18,7 +18,7 @@ from fvkit.schemes.scheme import Parts, Scheme
 from fvkit.schemes.stages.driven import pulling_stages
 from fvkit.schemes.wave_propagation import FACE
 
-#: Where a sweep stands in a step: only the second sees what the faces of the first squeeze; the last leaves a settled state.
+#: Where a sweep stands in a step: only the second reads the compression that the first finds; the last leaves a settled state.
 FIRST, SECOND, LAST = range(3)
 
 
@@ -145,10 +145,10 @@ class Sweep(ABC):
         return found
 
     @abstractmethod
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> SweepOutcome:
         """Write the state after a sweep into the cells of ``out``; with the ``place`` `LAST` a settled one, see `settles`.
 
-        What the faces of the `FIRST` squeeze stands in the last row of ``other``, the given rows of the other axis.
+        The compression at the faces of the `FIRST` stands in the last row of ``other``, the given rows of the other axis.
         """
 
     @abstractmethod

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -51,15 +51,9 @@ def save_all(folder: str | Path, contents: Mapping[str, str | Figure]) -> Path:
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
-        write_whole(target / name, partial(_fill, content, Path(name).suffix[1:]))
+        drawn = partial(content.savefig, format=Path(name).suffix[1:], dpi=130) if isinstance(content, Figure) else content
+        write_whole(target / name, drawn)
     return target
-
-
-def _fill(content: str | Figure, kind: str, file: IO[bytes]) -> None:
-    if isinstance(content, Figure):
-        content.savefig(file, format=kind, dpi=130)
-    else:
-        file.write(content.encode())
 
 
 def legend_below(figure: Figure, axes: Iterable[Axes], columns: int, size: str) -> None:

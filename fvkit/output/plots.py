@@ -257,7 +257,7 @@ def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str |
 
 def _along(grid: Grid, line: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the ends of a line, shares of its length at even distances, about a cell apart, and the cells there."""
-    start, end = line_of(grid, line, "line")
+    start, end = cut_line(grid, line, "line")
     count = max(1, ceil(np.max(np.abs(end - start) / [axis.dx for axis in grid.axes]) - ROUNDING))
     shares = (np.arange(count) + 0.5) / count
     return np.array([start, end]), shares, grid.cells_at(start + shares[:, None] * (end - start), "`line`")
@@ -272,7 +272,7 @@ def enlarged(solution: Results, kind: str | None, line: Any = None, **options: A
     return {}
 
 
-def line_of(grid: Grid, line: Any, name: str) -> np.ndarray:
+def cut_line(grid: Grid, line: Any, name: str) -> np.ndarray:
     """Return both ends of a line within a grid with two axes, (2, 2), checked; those of its middle along x for None."""
     x, y = grid.axes
     middle = 0.5 * (y.lower + y.upper)

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import attrs
 import numpy as np
 
-from fvkit.pointwise import TINY, combine, maximum, minimum
+from fvkit.pointwise import TINY, combine, maximum, minimum, subtract
 from fvkit.pointwise.part import Wrapper
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
@@ -163,6 +163,15 @@ class OverSlopes(Wrapper):
         ground = self.part.aux.index(self.part.relief())
         return self.part.on_slope(stretching(slopes[ground:ground + 1])).beyond(q, slopes, distance)
 
+    def cross(self, ql, qr, auxl, auxr):
+        """Return the cross term of the equations on the slope, less A_a da G, the change of their matrix with the slope."""
+        own, jump = len(self.part.aux), self.jump(ql, qr, auxl, auxr)
+        here, left, right = (self.part.on_slope(stretching(slopes_at(self, aux)))
+                             for aux in (combine(0.5, auxl, 0.5, auxr), auxl, auxr))
+        face = (ql, qr, auxl[:own], auxr[:own])
+        change = subtract(right.matrix_product(*face, jump), left.matrix_product(*face, jump))
+        return subtract(here.cross(*face), change)
+
     def __getattr__(self, name: str) -> Any:
         answer = Wrapper.__getattr__(self, name)
         places = aux_places(self.part.questions).get(name) if callable(answer) else None
@@ -204,11 +213,14 @@ def turnings(model, before, after, aux):
     return tuple(result)
 
 
-def turned_aside(model, state, slopes, root, turning, dt):
-    """Return a stretched state after dt of the force of a curved bottom, -turning/root times its slopes, on each phase."""
+def turned_aside(model, state, slopes, root, turning, bearing, dt):
+    """Return a stretched state after dt of the force of a curved bottom, -turning/root times its slopes, on each phase.
+
+    It acts on the mass that bears the drive, as friction does; on that of a film that is left at most twice.
+    """
     result, own = list(state), len(model.conserved)
     for k, (phase, much) in enumerate(zip(model.phases, turning, strict=True)):
-        push = dt * state[phase.masses[-1]] * much / root
+        push = dt * minimum(bearing[k], 2.0 * state[phase.masses[-1]]) * much / root
         for row, slope in zip((phase.momentum, own + k)[:1 if len(state) == own else 2], slopes, strict=False):
             result[row] = result[row] - push * slope
     return tuple(result)

@@ -156,22 +156,23 @@ def forced(forcing, q, dt):
     return combine(1.0, q, dt, forcing.given)
 
 
-def acted(sources, model, before, after, bearing, aux, dt):
+def acted(sources, model, before, after, bearing, aux, dt, reached=None):
     """Return the state after dt under a drive that alone takes ``before`` to ``after``, and under all sources, each `driven`.
 
     A source is driven by the transport and by the others: by those that went ahead of it as they have acted, by those that
     follow as their rates at ``before`` have it, within the momenta at hand. Where all of them balance the state stays, and
     the whole is of second order. States may have the momenta across behind them, one for each phase. On a steep bottom all
-    that happens in its tangent plane, see `fvkit.problem.relief`.
+    that happens in its tangent plane, see `fvkit.problem.relief`; a curved one turns the flow at the mean velocity of ``before``
+    and ``reached``, the state after dt as a first pass has found it, in which it turns at that of ``before``.
     """
     slopes = slopes_at(model, aux)
     if not slopes:
         return acted_on_map(sources, model, before, after, bearing, aux, dt)
-    root, turning = np.sqrt(stretching(slopes)), turnings(model, before, after, aux)
+    root, turning = np.sqrt(stretching(slopes)), turnings(model, before, before if reached is None else reached, aux)
     before, after = (stretched(model, state, slopes, root) for state in (before, after))
     bed = model.on_bed(root, turning)
     if turning:
-        after = turned_aside(model, after, slopes, root, bed.turning, dt)
+        after = turned_aside(model, after, slopes, root, bed.turning, bearing, dt)
     return unstretched(model, acted_on_map(sources, bed, before, after, bearing, aux, dt), slopes, root)
 
 

@@ -14,7 +14,7 @@ def turned(source, model, reference, before, after, law, along_only=False):
 
     ``along_only`` leaves out the components across, where the result has none; else the law acts on these alike.
     """
-    ways = directions(source, model, reference)
+    ways = ways_of(source, model, reference)
     (first, start), (second, end) = (components(model, state, ways) for state in (before, after))
     result = law(first, second)
     across = tuple([0.0 * item for item in end]) if along_only else momenta(model, law(
@@ -29,7 +29,7 @@ def stepped(source, model, state, law):
     """
     if source.between_phases:
         return turned(source, model, state, state, state, lambda _, end: law(end))
-    ways = directions(source, model, state)
+    ways = ways_of(source, model, state)
     along, _ = components(model, state, ways)
     result, both = law(along), []
     old = zip(momenta(model, state), state[len(model.conserved):], strict=True)
@@ -53,7 +53,7 @@ def driven_in_plane(source, model, before, after, bearing, aux, dt):
 
     if source.between_phases:
         return turned(source, model, middle, before, after, law)
-    ways = directions(source, model, middle)
+    ways = ways_of(source, model, middle)
     (first, _), (second, end) = (components(model, state, ways) for state in (before, after))
     result = law(first, second)
     left = []
@@ -64,7 +64,7 @@ def driven_in_plane(source, model, before, after, bearing, aux, dt):
     return turned_back(model, result, tuple(left), ways)
 
 
-def directions(source, model, state):
+def ways_of(source, model, state):
     """Return the direction of each phase, cosine and sine: of its velocity, or of the slip for a source between phases."""
     own = len(model.conserved)
     along, across = momenta(model, state), state[own:]

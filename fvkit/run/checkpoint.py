@@ -17,7 +17,7 @@ from fvkit.output.status import Status
 from fvkit.run.control import Control
 from fvkit.run.observers import Observer
 from fvkit.run.recording import Snapshots
-from fvkit.run.step_length import intervals
+from fvkit.run.step_bounds import intervals
 from fvkit.run.stepper import Stepper
 
 
@@ -105,7 +105,7 @@ class Saver:
         """Write a checkpoint."""
         stepper, frames = self._stepper, self._frames
         problem = stepper.problem
-        watched = [(observer, notes) for observer in self._observers if (notes := observer.notes(stepper)) is not None]
+        watched = [(observer, notes) for observer in self._observers if (notes := observer.stored(stepper)) is not None]
         plan = {"seconds": self.checkpoint.seconds, "interval": self.checkpoint.interval, "nonhyperbolic": stepper.nonhyperbolic,
                 "threads": stepper.threads, "length": describe(stepper.length), "stop": describe(self._until),
                 "limits": describe(self._limits),
@@ -127,7 +127,7 @@ def _entry(number: int, name: str) -> str:
     return f"observer_{number}_{name}"
 
 
-def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
+def restore_records(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
     """Restore the records of observers from a checkpoint; warn about observers without a record and records without an observer.
 
     Parameters
@@ -149,7 +149,7 @@ def go_on_watching(observers: Iterable[Any], stepper: Stepper, archive: Archive,
             waiting.remove(found)
             _, k, names = found
             try:
-                observer.go_on(stepper, {name: archive.numbers(_entry(k, name), None) for name in names})
+                observer.restore(stepper, {name: archive.numbers(_entry(k, name), None) for name in names})
             except (KeyError, TypeError, ValueError) as error:
                 raise archive.refused(f"the record of its {type(observer).__name__} cannot be used: {error}") from None
         elif stepper.steps:

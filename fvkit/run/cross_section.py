@@ -1,6 +1,5 @@
 """`CrossSection`: discharge and volume through a line across a flow, or at a place, for ``observers`` of `fvkit.solve`."""
 
-from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -11,10 +10,10 @@ from fvkit import validation
 from fvkit.problem.answers import mass_flux
 from fvkit.problem.grid import Grid
 from fvkit.problem.problem import Problem
-from fvkit.run.observers import Observer
+from fvkit.run.observers import SeriesObserver
 
 
-def line_of(value: Any, name: str = "line") -> np.ndarray:
+def polyline(value: Any, name: str = "line") -> np.ndarray:
     """Return a polyline, (k, 2), of at least two points."""
     points = validation.array(value, name)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
@@ -26,11 +25,11 @@ def line_of(value: Any, name: str = "line") -> np.ndarray:
 
 def _place_or_line(value: Any) -> Any:
     """Return a number x, or a polyline."""
-    return validation.real(value, "line") if validation.is_single(value) else line_of(value)
+    return validation.real(value, "line") if validation.is_single(value) else polyline(value)
 
 
 @attrs.define(eq=False)
-class CrossSection(Observer):
+class CrossSection(SeriesObserver):
     """Cross-section: discharge of every mass through a line, and the volume that has passed; with one axis at a place x.
 
     The discharge is the sum of h v . n over the pieces of the line within each cell, of cell averages: accurate to about a cell.
@@ -70,9 +69,9 @@ class CrossSection(Observer):
     line: Any = attrs.field(converter=_place_or_line)
     _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
-    _notes: list[np.ndarray] = attrs.field(factory=list, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
+        super().begin(problem)
         if isinstance(self.line, float) != (len(problem.grid.axes) == 1):
             raise ValueError("a CrossSection is a number x on a grid with one axis, a line of points (x, y) on one with two, got "
                              f"{validation.shown(self.line)} on a grid with {len(problem.grid.axes)}")
@@ -80,9 +79,8 @@ class CrossSection(Observer):
             raise ValueError(f"a CrossSection counts masses, but {type(problem.model).__name__} has no `phases`")
         called = "`line` of a CrossSection"
         self._pieces = (problem.grid.cells_at([self.line], called), np.ones((1, 1))) if isinstance(self.line, float) else \
-            pieces(self.line, problem.grid, called)
+            cells_along(self.line, problem.grid, called)
         self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
-        self._notes = []
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
         if self._pieces is None:
@@ -93,25 +91,12 @@ class CrossSection(Observer):
         for direction, normal in zip(problem.directions, normals, strict=True):
             flux = mass_flux(direction.model, tuple(here[list(direction.rows)]))
             through += [float(normal @ flux[row]) for row in direction.model.mass_rows()]
-        self._notes.append(np.array([t, *through]))
-
-    def record(self) -> dict[str, np.ndarray]:
-        return {"notes": np.array(self._notes).reshape(-1, 1 + len(self._names))}
-
-    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
-        if record["notes"].shape[1] != 1 + len(self._names):
-            raise ValueError(f"a CrossSection has a time and {len(self._names)} discharges in each note")
-        self._notes = list(record["notes"])
-
-    @property
-    def t(self) -> np.ndarray:
-        """Times, (k,), s."""
-        return np.array([note[0] for note in self._notes])
+        self.add(t, dict(zip(self._names, through, strict=True)))
 
     @property
     def discharge(self) -> dict[str, np.ndarray]:
         """Discharge of every mass, {name: (k,)}, m^3/s."""
-        return {name: np.array([note[1 + k] for note in self._notes]) for k, name in enumerate(self._names)}
+        return {name: self.column(name) for name in self._names}
 
     @property
     def volume(self) -> dict[str, np.ndarray]:
@@ -120,7 +105,7 @@ class CrossSection(Observer):
         return {name: np.concatenate([[0.0], np.cumsum(0.5 * steps * (q[1:] + q[:-1]))]) for name, q in self.discharge.items()}
 
 
-def pieces(line: np.ndarray, grid: Grid, called: str) -> tuple[np.ndarray, np.ndarray]:
+def cells_along(line: np.ndarray, grid: Grid, called: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the cells that a line passes through, (k,), and the normal of its piece in each times its length, (2, k), m."""
     cells, normals = [], []
     for start, end in pairwise(line):

@@ -10,7 +10,7 @@ import numpy as np
 from fvkit import validation
 from fvkit.problem.directions import observables
 from fvkit.problem.problem import Problem
-from fvkit.run.step_length import intervals
+from fvkit.run.step_bounds import intervals
 from fvkit.run.stepper import Stepper
 
 
@@ -58,13 +58,13 @@ class Observer(ABC):
         self.see(problem, stepper.t, stepper.q)
         self._steps = stepper.steps
 
-    def notes(self, stepper: Stepper) -> dict[str, np.ndarray] | None:
+    def stored(self, stepper: Stepper) -> dict[str, np.ndarray] | None:
         """Return the arrays that a checkpoint stores for this observer; None before ``begin`` and without a record."""
         record = self.record() if self._stepper is stepper else None
         return None if record is None else {**record, "steps": np.array(float(self._steps))}
 
-    def go_on(self, stepper: Stepper, notes: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays of `notes` in a continued run; ValueError if the arrays do not fit this observer."""
+    def restore(self, stepper: Stepper, notes: Mapping[str, np.ndarray]) -> None:
+        """Restore the arrays of `stored` in a continued run; ValueError if the arrays do not fit this observer."""
         problem = stepper.problem
         self._stepper, self._steps = stepper, stepper.steps
         self.begin(problem)
@@ -89,31 +89,55 @@ class Observer(ABC):
         raise NotImplementedError(f"{type(self).__name__} defines `record`, so it must define `recall`")
 
 
-@attrs.define
-class _Series:
-    """Time series of named values, in arrays that grow by doubling."""
+@attrs.define(eq=False)
+class SeriesObserver(Observer, ABC):
+    """Abstract observer of time series: ``see`` calls `add` with named values, numbers or rows of one length.
 
-    _values: dict[str, np.ndarray] = attrs.field(factory=dict)
-    _count: int = 0
+    Attributes
+    ----------
+    t : numpy.ndarray
+        (k,) times, s.
+    """
 
-    def add(self, values: dict[str, Any]) -> None:
-        """Append one value for each name."""
-        for name, value in values.items():
-            kept = self._values.get(name)
+    _series: dict[str, np.ndarray] = attrs.field(factory=dict, init=False, repr=False)  # longer than `_count` rows; time is ""
+    _count: int = attrs.field(default=0, init=False, repr=False)
+
+    def begin(self, problem: Problem) -> None:
+        self._series, self._count = {}, 0
+
+    def add(self, t: float, values: Mapping[str, Any]) -> None:
+        """Append a time and one value for each name, in arrays that grow by doubling."""
+        for name, value in {"": t, **values}.items():
+            kept = self._series.get(name)
             if kept is None or len(kept) == self._count:
                 longer = np.empty((max(64, 2 * self._count), *np.shape(value)))
                 if kept is not None:
                     longer[:self._count] = kept
-                kept = self._values[name] = longer
+                kept = self._series[name] = longer
             kept[self._count] = value
         self._count += 1
 
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self._values[name][:self._count] if name in self._values else np.empty(0)
+    def column(self, name: str) -> np.ndarray:
+        """Return the values of a name so far, (k, ...)."""
+        return self._series[name][:self._count] if name in self._series else np.empty(0)
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Return the values so far, {name: (k, ...)}."""
-        return {name: self[name] for name in self._values}
+    def record(self) -> dict[str, np.ndarray]:
+        return {name: self.column(name) for name in self._series}
+
+    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
+        count, shape = len(record[""]), self._shape()
+        if any(values.shape != (count, *shape) for name, values in record.items() if name):
+            raise ValueError(f"columns of a {type(self).__name__} have the shape {(count, *shape)}, a row for each of its times")
+        self._series, self._count = dict(record), count
+
+    def _shape(self) -> tuple[int, ...]:
+        """Return the shape of the values of a name at one time."""
+        return ()
+
+    @property
+    def t(self) -> np.ndarray:
+        """Times, (k,), s."""
+        return self.column("")
 
 
 def _positions(value: Any) -> np.ndarray:
@@ -123,7 +147,7 @@ def _positions(value: Any) -> np.ndarray:
 
 
 @attrs.define(eq=False)
-class Gauge(Observer):
+class Gauge(SeriesObserver):
     """Gauge: time series of all observables at given positions, as averages of the cells that contain them.
 
     Parameters
@@ -156,13 +180,12 @@ class Gauge(Observer):
 
     x: np.ndarray = attrs.field(converter=lambda value: _positions(value))
     dt: float | None = validation.optional_number(above=0.0)
-    _series: _Series = attrs.field(factory=_Series, init=False, repr=False)
     _cells: Any = attrs.field(default=None, init=False, repr=False)
     _next: int = attrs.field(default=0, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
-        self._cells = problem.grid.cells_at(self.x, "`x` of a Gauge")
-        self._series, self._next = _Series(), 0
+        super().begin(problem)
+        self._cells, self._next = problem.grid.cells_at(self.x, "`x` of a Gauge"), 0
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
         if self.dt is not None:
@@ -171,28 +194,20 @@ class Gauge(Observer):
                 return
             self._next = passed + 1
         aux = {name: values.reshape(-1)[self._cells] for name, values in problem.aux_averages.items()}
-        self._series.add({"": t, **observables(problem.model, problem.grid, q.reshape(len(q), -1)[:, self._cells], aux)})
-
-    def record(self) -> dict[str, np.ndarray]:
-        return self._series.arrays()
+        self.add(t, observables(problem.model, problem.grid, q.reshape(len(q), -1)[:, self._cells], aux))
 
     def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
-        count = len(record[""])
-        if any(values.shape != (count, len(self.x)) for name, values in record.items() if name):
-            raise ValueError(f"a Gauge of {len(self.x)} positions has as many columns for each of its {count} times")
-        self._series = _Series(dict(record), count)
-        if self.dt is not None and count:
-            self._next = intervals(problem.t_start, float(record[""][-1]), self.dt) + 1
+        super().recall(problem, record)
+        if self.dt is not None and len(self.t):
+            self._next = intervals(problem.t_start, float(self.t[-1]), self.dt) + 1
 
-    @property
-    def t(self) -> np.ndarray:
-        """Times of the entries, (k,)."""
-        return self._series[""]
+    def _shape(self) -> tuple[int, ...]:
+        return (len(self.x),)
 
     @property
     def values(self) -> dict[str, np.ndarray]:
         """Entries, {observable: (k, number of positions)}."""
-        return {name: values for name, values in self._series.arrays().items() if name}
+        return {name: values for name, values in self.record().items() if name}
 
 
 #: Maps of `Extremes`.

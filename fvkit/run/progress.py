@@ -11,7 +11,7 @@ from fvkit.validation import shown
 #: Units of a wall time, s, from the longest on, each for times from its size on.
 UNITS = ((3.156e7, "years"), (86400.0, "days"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
-Report = Callable[[float, int], None]
+Update = Callable[[float, int], None]
 Progress = bool | Callable[[float], None]
 
 
@@ -23,7 +23,7 @@ def checked(progress: Any) -> Progress:
 
 
 @contextmanager
-def reporter(progress: Progress, start: float, end: float) -> Iterator[Report]:
+def reporter(progress: Progress, start: float, end: float) -> Iterator[Update]:
     """Yield a function of (t, steps) that shows the progress of a run, at most about ten times a second."""
     if progress is False:
         yield lambda t, steps: None

@@ -15,11 +15,11 @@ from fvkit.output.configuration import CALLABLE, OBJECT, describe, model_and_gri
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
 from fvkit.output.solution import Solution
 from fvkit.problem.problem import Problem
-from fvkit.run.checkpoint import Checkpoint, go_on_watching
+from fvkit.run.checkpoint import Checkpoint, restore_records
 from fvkit.run.control import Control, Limits
 from fvkit.run.recording import InMemory
 from fvkit.run.solve import run_to_end
-from fvkit.run.step_length import Step
+from fvkit.run.step_bounds import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop
 from fvkit.schemes.scheme import Scheme
@@ -115,7 +115,7 @@ def resume(path: str | Path, t_end: float | None = None, problem: Problem | None
     if limits is None and not kept_limits.used_up(stepper.steps, stepper.seconds):
         limits = kept_limits
     chosen, control = again if checkpoint is True else checkpoint or None, Control(observers, limits, stop)
-    go_on_watching(control.observers, stepper, archive, plan.get("observers", []))
+    restore_records(control.observers, stepper, archive, plan.get("observers", []))
     return run_to_end(stepper, times, frames, control, chosen, progress, throw)
 
 

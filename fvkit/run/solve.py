@@ -15,7 +15,7 @@ from fvkit.run.control import LOOK, Control, Limits
 from fvkit.run.failures import RunOutcome
 from fvkit.run.progress import checked, reporter
 from fvkit.run.recording import InMemory, Snapshots, Stream
-from fvkit.run.step_length import Step
+from fvkit.run.step_bounds import Step
 from fvkit.run.stepper import Stepper
 from fvkit.run.stopping import Stop
 from fvkit.schemes.scheme import Scheme

@@ -15,7 +15,7 @@ from fvkit.pointwise.part import unwrapped
 from fvkit.problem.directions import SIDES
 from fvkit.problem.problem import Problem
 from fvkit.run.diagnosis import diagnosis, largest_speed, speeds, wrong_speed
-from fvkit.run.step_length import Step
+from fvkit.run.step_bounds import Step
 from fvkit.schemes.fitting import assemble
 from fvkit.schemes.scheme import Scheme
 

@@ -65,7 +65,7 @@ def _parts_of(problem: Problem, scheme: Scheme, direction: Direction) -> Parts:
     rows = [f"{field.alias} of source {field.position}" for field in of_sources for _ in range(field.size)]
     if parts.across and parts.joint:
         rows += [f"{what} of phase {k} across" for k in range(parts.across) for what in ("velocity", "push", "bearing mass")]
-    rows += ["squeeze across"] if parts.across else []
+    rows += ["compression across"] if parts.across else []
     if not rows:
         return parts
     sources = fields.on_grid(parts.sources, found, own) if found else parts.sources

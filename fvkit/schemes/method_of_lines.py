@@ -13,7 +13,7 @@ from fvkit.schemes.reconstruction import MP5, Reconstruction
 from fvkit.schemes.riemann import RiemannSolver
 from fvkit.schemes.scheme import MASS_FLUX, NET, Parts, Read, Scheme, Stage, here
 from fvkit.schemes.splitting import Splitting, Strang, Unsplit
-from fvkit.schemes.stages.cell_polynomial import draw, faces, mean_source, near_shore, net_change, reconstruct, third
+from fvkit.schemes.stages.cell_polynomial import faces, limit_at_shore, mean_source, near_shore, net_change, reconstruct, third
 from fvkit.schemes.stages.faces import BOTH, face_stages, to_left, to_right
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
@@ -46,8 +46,8 @@ class MethodOfLines(Scheme):
     the cell and its neighbours. Faces where a phase separates faster than sound use the relaxation solver. With an SSP
     integrator depths stay non-negative; `DP5` and `ARK4` do not guarantee that.
 
-    Composite waves of a nonconvex flux (shock and fan attached) may converge to a shock that violates the entropy condition;
-    use `WavePropagation` for them.
+    First order, too, at composite waves of a scalar flux that is not convex (fan and shock in one), which converge to the
+    entropy solution.
 
     For discontinuous solutions second-order `WavePropagation` reaches the same error in a fifth of the time. Static friction
     (piles at rest) is not supported; use `WavePropagation`.
@@ -119,7 +119,7 @@ class MethodOfLines(Scheme):
         first = self._reconstruct()
         result = [first]
         if parts.model.phases:
-            result.append(Stage(draw, {**first.reads, **here(*first.writes)}, first.writes, guard=near_shore))
+            result.append(Stage(limit_at_shore, {**first.reads, **here(*first.writes)}, first.writes, guard=near_shore))
         result += face_stages(parts, face, fixes=self.riemann.eigenvectors)
         terms: tuple[str, ...] = ()
         if parts.model.phases:

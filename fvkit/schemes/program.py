@@ -23,7 +23,7 @@ class Term(NamedTuple):
 
 
 @attrs.frozen
-class Sweep:
+class StageSweep:
     """One sweep and the sum that follows it.
 
     Parameters
@@ -55,7 +55,7 @@ class Program:
     Without registers it is one sweep from the old state to the new one, with the sources and all that makes a state.
     """
 
-    sweeps: tuple[Sweep, ...]
+    sweeps: tuple[StageSweep, ...]
     last: int
     registers: int
 
@@ -66,7 +66,7 @@ class Program:
 
 
 #: The step of a fully discrete scheme: one sweep, with the boundaries of its middle.
-ONE_SWEEP = Program((Sweep(False, 0, 1, 1.0, 0.5, 1.0, None, ()),), 1, 0)
+ONE_SWEEP = Program((StageSweep(False, 0, 1, 1.0, 0.5, 1.0, None, ()),), 1, 0)
 
 
 class _Step(NamedTuple):
@@ -156,7 +156,7 @@ def _assign(steps: list[_Step]) -> Program:
         rate = take(step.rate)
         target = None if step.target is None else take(step.target)
         terms = tuple(Term(held[value], value[0], weight) for value, weight in step.terms)
-        sweeps.append(Sweep(step.implicit, held[step.state], rate, step.share, step.time, step.flux, target, terms))
+        sweeps.append(StageSweep(step.implicit, held[step.state], rate, step.share, step.time, step.flux, target, terms))
         for value in [value for value in held if ends.get(value, len(steps)) <= k]:
             free.append(held.pop(value))
     last = sweeps[-1].target

@@ -15,7 +15,7 @@ from fvkit.schemes.scheme import MASS_FLUX, NET, NEW, Parts, Read, Scheme, Stage
 from fvkit.schemes.splitting import Splitting, Strang
 from fvkit.schemes.stages.driven import drive
 from fvkit.schemes.stages.faces import composite, convexity, face_stages, to_left, to_right, upwinding
-from fvkit.schemes.stages.in_cell_shocks import finding, resolving, uncorrecting
+from fvkit.schemes.stages.in_cell_shocks import detection_stages, first_order_stage, resolved_faces_stage
 from fvkit.schemes.stages.passengers import moved_stage, passenger_stages
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes, may_overdraw
 
@@ -128,10 +128,10 @@ class WavePropagation(Scheme):
 
     def stages(self, parts: Parts) -> tuple[Stage, ...]:
         model = parts.model
-        result = finding(model) if self.in_cell_shocks else []
+        result = detection_stages(model) if self.in_cell_shocks else []
         result += face_stages(parts, FACE, self.entropy_fix and self.riemann.eigenvectors, waves=self.order == 2)
         if self.in_cell_shocks:
-            result.append(resolving(("speeds", "waves") if self.order == 2 else ()))
+            result.append(resolved_faces_stage(("speeds", "waves") if self.order == 2 else ()))
         terms = self._corrections(parts)
         result += self._second_order(parts) if terms else []
         if model.phases:
@@ -139,10 +139,10 @@ class WavePropagation(Scheme):
             result += [Stage(mass_fluxes, here("left_going", *terms[:1]), (MASS_FLUX, *terms[:1])),
                        Stage(hold_within, {**_STATES, **here("left_going", *held)}, held, guard=may_overdraw)]
             if self.in_cell_shocks and terms:
-                result.append(uncorrecting(terms, held[:1]))
+                result.append(first_order_stage(terms, held[:1]))
             terms = (*terms, MASS_FLUX)
         elif self.in_cell_shocks and terms:
-            result.append(uncorrecting(terms, ()))
+            result.append(first_order_stage(terms, ()))
         if parts.swept:
             result += passenger_stages(parts, self.order)
         result += [Stage(to_left, here("left_going", *terms), ("to_left",), light=True),

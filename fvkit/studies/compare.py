@@ -26,8 +26,8 @@ from fvkit.studies.convergence import averaging
 from fvkit.studies.cost import predicted
 from fvkit.studies.fine_grid_reference import fine_grid_reference, fine_scheme
 from fvkit.studies.report import Report, Row, environment, observed_orders
-from fvkit.studies.report_data import Profile
-from fvkit.studies.scheme_names import describe, settings
+from fvkit.studies.report_data import FinalProfile
+from fvkit.studies.scheme_names import scheme_name, settings
 
 ProblemOf = Callable[[int], Problem]
 
@@ -94,22 +94,12 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
         raise ValueError("`problems` must hold at least one function of the number of cells, got {}")
     for problem_of in named.values():
         validation.function(problem_of, "problems", "of the number of cells")
-    counts = tuple(validation.whole(count, "cells", at_least=1) for count in validation.listed(cells, "cells", "[100, 200]"))
-    if not counts:
-        raise ValueError("`cells` must not be empty")
-    runs: list[Run] = []
-    refusals: list[str] = []
+    counts, repetitions, budget, tell = limits_of(cells, repeats, seconds, progress)
     coarse = {label: validation.instance(problem_of(counts[0]), "problems(n)", Problem, "a function of the number of cells")
               for label, problem_of in named.items()}
-    for label, problem_of in named.items():
-        problem = coarse[label]
-        chosen = _default_schemes(problem) if schemes is None else validation.listed(schemes, "schemes", SCHEMES)
-        found, refused = runs_of(label or public_name(problem.model), problem_of, problem, chosen, counts)
-        runs, refusals = runs + found, refusals + refused
-    if not runs:
-        raise ValueError("`schemes` serve none of the models: " + (refusals[0] if refusals else "there are none"))
-    budget = None if seconds is None else validation.real(seconds, "seconds", above=0.0)
-    tell = (lambda line: None) if progress is None else validation.function(progress, "progress", "of a line of text")
+    given = None if schemes is None else validation.listed(schemes, "schemes", SCHEMES)
+    models = [(label or public_name(problem.model), named[label], problem) for label, problem in coarse.items()]
+    runs = runs_of(models, given, counts)
     first = next(iter(named.values()))
     if reference is not None:
         averaging(reference)
@@ -119,8 +109,19 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
         model = next(iter(coarse.values())).model
         high = any(run.scheme.time_integrator is not None for run in runs)
         reference = fine_grid_reference(first, fine_scheme(model, high), counts, backend, budget, tell)
-    given = Comparison(name, runs[0].label, partial(first, max(counts)), reference)
-    return given.measure(runs, validation.whole(repeats, "repeats", at_least=1), backend, budget, tell)
+    comparison = Comparison(name, runs[0].label, partial(first, max(counts)), reference)
+    return comparison.measure(runs, repetitions, backend, budget, tell)
+
+
+def limits_of(cells: Any, repeats: Any, seconds: Any, progress: Any
+              ) -> tuple[tuple[int, ...], int, float | None, Callable[[str], None]]:
+    """Return these arguments of a comparison, checked: cells, repeats, budget of a run, s, and the function told of each run."""
+    counts = tuple(validation.whole(count, "cells", at_least=1) for count in validation.listed(cells, "cells", "[100, 200]"))
+    if not counts:
+        raise ValueError("`cells` must not be empty")
+    return (counts, validation.whole(repeats, "repeats", at_least=1),
+            None if seconds is None else validation.real(seconds, "seconds", above=0.0),
+            (lambda line: None) if progress is None else validation.function(progress, "progress", "of a line of text"))
 
 
 #: An example of `schemes`, for messages.
@@ -138,7 +139,7 @@ def _check_alike(problems: Mapping[str, Problem]) -> None:
                          f"quantities: {', '.join(f'{label}: {rows}' for label, rows in names.items())}")
 
 
-class Run(NamedTuple):
+class PlannedRun(NamedTuple):
     """One line of a comparison before it is run: a model by its label, the problem by the number of cells, the scheme."""
 
     label: str
@@ -152,20 +153,29 @@ class Run(NamedTuple):
         return self.problem_of, self.scheme
 
 
-def runs_of(label: str, problem_of: ProblemOf, problem: Problem, schemes: Sequence[Scheme], cells: tuple[int, ...]
-            ) -> tuple[list[Run], list[str]]:
-    """Return the runs of one problem with every scheme that serves it, and the sentences of those that do not."""
-    result, refusals = [], []
-    for scheme in schemes:
-        try:
-            validation.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())")
-            scheme.parts(problem.model, problem.sources)
-            check_axes(scheme, problem.grid)
-        except ValueError as refusal:
-            refusals.append(str(refusal))
-        else:
-            result += [Run(label, problem_of, scheme, count) for count in cells]
-    return result, refusals
+def runs_of(problems: Sequence[tuple[str, ProblemOf, Problem]], schemes: Sequence[Scheme] | None, cells: tuple[int, ...]
+            ) -> list[PlannedRun]:
+    """Return the runs of each problem with every scheme that serves it, the default ones where ``schemes`` is None.
+
+    Parameters
+    ----------
+    problems : label, problem by the number of cells, and the problem on the first grid.
+    """
+    runs: list[PlannedRun] = []
+    refusals = ["there are none"]
+    for label, problem_of, problem in problems:
+        for scheme in _default_schemes(problem) if schemes is None else schemes:
+            try:
+                validation.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())")
+                scheme.parts(problem.model, problem.sources)
+                check_axes(scheme, problem.grid)
+            except ValueError as refusal:
+                refusals.append(str(refusal))
+            else:
+                runs += [PlannedRun(label, problem_of, scheme, count) for count in cells]
+    if not runs:
+        raise ValueError(f"`schemes` serve none of the models: {refusals[:2][-1]}")
+    return runs
 
 
 def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
@@ -195,7 +205,7 @@ class Comparison:
     deviations: Deviations = deviations
     remarks: Callable[[], dict[str, Any]] = dict
 
-    def measure(self, runs: Sequence[Run], repeats: int, backend: str, budget: float | None,
+    def measure(self, runs: Sequence[PlannedRun], repeats: int, backend: str, budget: float | None,
                 tell: Callable[[str], None]) -> Report:
         """Run everything and report it; a KeyboardInterrupt carries the report of what is done as its ``result``."""
         seconds: list[list[float]] = [[] for _ in runs]
@@ -209,7 +219,7 @@ class Comparison:
             _measure(runs, solutions, seconds, repeats, backend, budget, tell)
         return report(every=True)
 
-    def _report(self, done: list[tuple[Run, Solution | None, list[float]]]) -> Report:
+    def _report(self, done: list[tuple[PlannedRun, Solution | None, list[float]]]) -> Report:
         machine, versions = environment("fvkit", "numpy", "scipy", "matplotlib", "attrs", "numba")
         finest = self.finest()
         b = finest.aux_averages.get("b")
@@ -226,9 +236,9 @@ class Comparison:
                 profiles[label] = _profile(last[-1].grid, last[-1].observables())
         return report
 
-    def _rows(self, done: list[tuple[Run, Solution | None, list[float]]]) -> list[Row]:
+    def _rows(self, done: list[tuple[PlannedRun, Solution | None, list[float]]]) -> list[Row]:
         rows: list[Row] = []
-        before: tuple[Run, Row] | None = None
+        before: tuple[PlannedRun, Row] | None = None
         for run, solution, times in done:
             row = self._row(run, solution, times)
             coarser = before[1] if before is not None and before[0].series == run.series else None
@@ -238,7 +248,7 @@ class Comparison:
             rows.append(row)
         return rows
 
-    def _row(self, run: Run, solution: Solution | None, times: list[float]) -> Row:
+    def _row(self, run: PlannedRun, solution: Solution | None, times: list[float]) -> Row:
         named = {"model": run.label, **settings(run.scheme)}
         if solution is None:
             return {**named, "backend": None, "cells": run.cells, "steps": 0, "rejected": 0, "seconds": None,
@@ -258,14 +268,14 @@ class Comparison:
                 "mass_drift": stats.mass_drift, "status": solution.status.name.lower()}
 
 
-def _profile(grid: Grid, seen: dict[str, np.ndarray]) -> Profile:
-    return Profile(grid.axes[0].centers, seen, *(axis.centers for axis in grid.axes[1:]))
+def _profile(grid: Grid, seen: dict[str, np.ndarray]) -> FinalProfile:
+    return FinalProfile(grid.axes[0].centers, seen, *(axis.centers for axis in grid.axes[1:]))
 
 
-def _measure(runs: Sequence[Run], solutions: list[Solution | None], seconds: list[list[float]], repeats: int, backend: str,
+def _measure(runs: Sequence[PlannedRun], solutions: list[Solution | None], seconds: list[list[float]], repeats: int, backend: str,
              budget: float | None, tell: Callable[[str], None]) -> None:
     """Run everything ``repeats`` times, interleaved; note for each run its first solution, None if left out, and the times."""
-    def solved(run: Run) -> Solution:
+    def solved(run: PlannedRun) -> Solution:
         return uninterrupted(solve(run.problem_of(run.cells), run.scheme, limits=Limits(seconds=budget), backend=backend,
                                    nonhyperbolic="ignore", throw=False))
 
@@ -273,7 +283,7 @@ def _measure(runs: Sequence[Run], solutions: list[Solution | None], seconds: lis
         solved(min((run for run in runs if run.series == series), key=lambda run: run.cells))
     for repeat in range(repeats):
         for k, run in enumerate(runs):
-            tell(f"repeat {repeat + 1}/{repeats}, run {k + 1}/{len(runs)}: {run.label} {describe(run.scheme)} N={run.cells}")
+            tell(f"repeat {repeat + 1}/{repeats}, run {k + 1}/{len(runs)}: {run.label} {scheme_name(run.scheme)} N={run.cells}")
             known = solutions[k]
             if (known is None or not known.success) if repeat else _too_long(run, runs, solutions, budget):
                 continue
@@ -282,7 +292,7 @@ def _measure(runs: Sequence[Run], solutions: list[Solution | None], seconds: lis
             seconds[k].append(solution.stats.seconds)
 
 
-def _too_long(run: Run, runs: Sequence[Run], solutions: list[Solution | None], budget: float | None) -> bool:
+def _too_long(run: PlannedRun, runs: Sequence[PlannedRun], solutions: list[Solution | None], budget: float | None) -> bool:
     """Whether a run will exceed the budget, to judge by coarser ones of its series."""
     if budget is None:
         return False

@@ -18,7 +18,7 @@ from fvkit.run.solve import solve
 from fvkit.schemes.fitting import default_scheme
 from fvkit.schemes.scheme import Scheme
 from fvkit.studies.orders import Convergence
-from fvkit.studies.scheme_names import describe
+from fvkit.studies.scheme_names import scheme_name
 
 #: {name: norm of differences (num_eqn, number of cells) of averages over cells of that volume, per component}.
 NORMS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
@@ -100,7 +100,7 @@ def convergence(problem_of: Callable[[int], Problem], scheme: Scheme | None = No
                   for solution, other in zip(solutions, others, strict=False)]
         chosen = default_scheme(problem_of(counts[0])) if scheme is None else scheme
         kind = "self-converged" if exact is None else getattr(reference, "kind", "exact")
-        return Convergence(describe(chosen), type(solutions[0].model).__name__, kind, norm,
+        return Convergence(scheme_name(chosen), type(solutions[0].model).__name__, kind, norm,
                            component_names(solutions[0].model, solutions[0].grid), counts[:len(solutions)], np.array(errors),
                            tuple(solution.stats.seconds for solution in solutions))
 

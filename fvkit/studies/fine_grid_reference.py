@@ -20,7 +20,7 @@ from fvkit.schemes.scheme import Scheme
 from fvkit.schemes.wave_propagation import WavePropagation
 from fvkit.studies.convergence import onto
 from fvkit.studies.cost import predicted
-from fvkit.studies.scheme_names import describe
+from fvkit.studies.scheme_names import scheme_name
 from fvkit.studies.tables import ROUNDING
 
 #: A self-converged reference has this many times the cells of the finest run.
@@ -80,7 +80,7 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
     limit = None if seconds is None else REFINEMENT ** (axes + 1) * seconds
     solutions: list[Solution] = []
     for count in reversed(ladder):
-        tell(f"reference: {public_name(first.model)} {describe(scheme)} N={count}")
+        tell(f"reference: {public_name(first.model)} {scheme_name(scheme)} N={count}")
         if limit is not None and predicted(count, _costs(solutions), axes) > limit:
             break
         try:
@@ -91,7 +91,7 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
                 raise
             break
     found = solutions[-1].grid.axes[0].num_cells
-    detail = f"the full model itself, {describe(scheme)}, N = {solutions[-1].grid.described}; {own_error(solutions)}"
+    detail = f"the full model itself, {scheme_name(scheme)}, N = {solutions[-1].grid.described}; {own_error(solutions)}"
     if found < wanted:
         detail += f"; N = {wanted} would take more than the {limit:g} s of the reference"
     return FineGrid(detail, solutions[-1])

@@ -58,7 +58,7 @@ class Report(ReportData):
     rows : one dict per run; a failed run is a row with its status.
     machine, versions : hardware and software of the measurement, see `environment`.
     full_model : name of the model of the reference; errors of other models include a modelling error.
-    profiles : {label: `Profile`} of the finest run of each series; the reference under ``"reference"``.
+    profiles : {label: `FinalProfile`} of the finest run of each series; the reference under ``"reference"``.
     bottom : (x, b) on the finest grid, b (n,) or (ny, nx); None if flat.
     remarks : further information on the reference, {name: dict with a line of ``text``, or None}, for the table and
         report.json.

@@ -9,7 +9,7 @@ import numpy as np
 from fvkit.studies.work_precision import Row
 
 
-class Profile(NamedTuple):
+class FinalProfile(NamedTuple):
     """Observables over x at the end of a run, (n,); with two axes over x and y, (ny, nx)."""
 
     x: np.ndarray
@@ -27,7 +27,7 @@ class ReportData:
     machine: dict[str, Any] = attrs.field(repr=False)
     versions: dict[str, str] = attrs.field(repr=False)
     full_model: str
-    profiles: dict[str, Profile] = attrs.field(factory=dict, repr=False)
+    profiles: dict[str, FinalProfile] = attrs.field(factory=dict, repr=False)
     bottom: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, repr=False)
     remarks: Mapping[str, Mapping[str, Any] | None] = attrs.field(factory=dict, repr=False)
 

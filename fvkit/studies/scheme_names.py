@@ -23,7 +23,7 @@ def settings(scheme: Scheme) -> dict[str, Any]:
             "options": _options(scheme)}
 
 
-def describe(scheme: Scheme) -> str:
+def scheme_name(scheme: Scheme) -> str:
     """Return the name of a scheme with its parts, such as ``method-of-lines roe mp5 dp5``."""
     found = settings(scheme)
     words = [found["scheme"], found["riemann"], found["limiter"]]

@@ -52,7 +52,7 @@ class ResultFolder:
         path = store.folder / "sweep.json"
         if not path.exists():
             with suppress(FileExistsError):  # another sweep began here just now: is it the same?
-                write_whole(path, lambda file: file.write(json.dumps(plan).encode()), replace=False)
+                write_whole(path, json.dumps(plan), replace=False)
         try:
             known = json.loads(path.read_text(encoding="utf-8"))
             differing = [key for key in plan if known.get(key) != plan[key]]

@@ -140,7 +140,7 @@ class SweepResult:
         """Write the table to ``.csv``, or everything to ``.nc`` (netCDF, extra ``io``); a failure keeps an existing file."""
         target = Path(path)
         if target.suffix == ".csv":
-            return write_whole(target, lambda file: file.write(self.to_csv().encode()))
+            return write_whole(target, self.to_csv())
         if target.suffix != ".nc":
             raise ValueError(f"`path` must end in .csv or .nc, got {target.name!r}")
         data = self.to_xarray()
@@ -148,7 +148,7 @@ class SweepResult:
             content = data.to_netcdf(engine="h5netcdf")
         except (ImportError, ValueError):
             raise ImportError("netCDF files need h5netcdf: pip install fvkit[io]") from None
-        return write_whole(target, lambda file: file.write(content))
+        return write_whole(target, bytes(content))
 
 
 def _stack(values: Sequence[np.ndarray | None]) -> np.ndarray:

@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import pytest
 
-from fvkit import Model, RiemannSolver, validation
+from fvkit import Model, Problem, RiemannSolver, Scheme, Stepper, validation
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit.schemes.riemann import HLL, Roe, Rusanov, default_riemann
 
@@ -32,6 +32,10 @@ class OnModel(Suite):
 
     model: ClassVar[Model]
 
+    def test_it_is_data(self) -> None:
+        for name in self.kinds:
+            check_is_data(getattr(self, name))
+
     def states(self, rng: np.random.Generator, count: int) -> Any:
         """Return random admissible states (num_eqn, count) within the range of the model."""
         raise NotImplementedError(f"define states(rng, count) of {type(self).__name__}")
@@ -55,6 +59,14 @@ def solvers(model: Model) -> list[RiemannSolver]:
     found: list[RiemannSolver] = [solver for solver in (Roe(), HLL(), Rusanov()) if solver.serves(model)]
     own = default_riemann(model)
     return found if own in found else [own, *found]
+
+
+def stepped(problem: Problem, scheme: Scheme, steps: int, dt: float | None = None, backend: str = "numpy") -> np.ndarray:
+    """Return the state after so many steps, each of at most ``dt``, s."""
+    stepper = Stepper(problem, scheme, backend, nonhyperbolic="ignore")
+    for _ in range(steps):
+        stepper.step(dt)
+    return stepper.q.copy()
 
 
 def need(part: Any, *names: str) -> None:

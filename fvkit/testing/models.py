@@ -15,7 +15,7 @@ from fvkit.problem.questions import check_answers, samples
 from fvkit.schemes.cautions import lacks_balance
 from fvkit.schemes.method_of_lines import MethodOfLines
 from fvkit.schemes.riemann import default_riemann
-from fvkit.testing.common import BACKENDS, OnModel, check_is_data, close, matrices, need, rows, solvers
+from fvkit.testing.common import BACKENDS, OnModel, close, matrices, need, rows, solvers, stepped
 
 #: Number of random states of a check.
 COUNT = 200
@@ -76,9 +76,6 @@ class ModelConformance(OnModel):
         return Problem(self.model, Grid(0.0, 1.0, cells), initial, 0.5 / speed, aux, boundary or Periodic())
 
     # ------------------------------------------------------------------ checks
-
-    def test_it_is_data(self) -> None:
-        check_is_data(self.model)
 
     def test_names_match_the_state(self) -> None:
         assert len(self.drawn(1)) == len(self.model.conserved) == len(set(self.model.conserved))
@@ -166,10 +163,7 @@ class ModelConformance(OnModel):
         for scheme in (WavePropagation(solver) for solver in solvers(self.model)):
             aux = {name: float(value[0]) for name, value in zip(self.model.aux, self.given(7, 1), strict=True)}
             problem = Problem(self.model, Grid(0.0, 1.0, 30), q, 1.0, aux, Periodic())
-            stepper = Stepper(problem, scheme, backend=backend)
-            for _ in range(10):
-                stepper.step(1.0)
-            close(stepper.q, q, 1e-12)
+            close(stepped(problem, scheme, 10, 1.0, backend), q, 1e-12)
 
     @pytest.mark.parametrize("axis", [0, 1])
     def test_a_wave_along_one_axis_of_a_plane_is_that_on_a_line(self, axis: int) -> None:
@@ -186,12 +180,7 @@ class ModelConformance(OnModel):
         aux = {name: np.broadcast_to(np.expand_dims(values, axis), grid.shape) for name, values in line.aux_averages.items()}
         plane = Problem(self.model, grid, q, line.t_end, aux, Periodic())
         for solver in solvers(self.model):
-            ends = []
-            for problem in (plane, line):
-                stepper = Stepper(problem, WavePropagation(solver), backend="numpy", nonhyperbolic="ignore")
-                for _ in range(10):
-                    stepper.step(line.t_end / n)
-                ends.append(stepper.q)
+            ends = [stepped(problem, WavePropagation(solver), 10, line.t_end / n) for problem in (plane, line)]
             found = ends[0][list(direction.rows)]
             assert np.abs(found - np.expand_dims(ends[1], 1 + axis)).max() < 1e-12 * np.abs(q).max(), solver
 
@@ -233,10 +222,7 @@ class ModelConformance(OnModel):
         problem = Problem(self.model, Grid(0.0, 1.0, 60), q, 1.0, aux, boundary=Periodic())
         for solver in solvers(self.model):
             for scheme in (WavePropagation(solver), MethodOfLines(solver)):
-                stepper = Stepper(problem, scheme, backend="numpy")
-                for _ in range(20):
-                    stepper.step(1.0)
-                assert np.abs(stepper.q - q).max() < 1e-13 * np.abs(q).max(), scheme
+                assert np.abs(stepped(problem, scheme, 20, 1.0) - q).max() < 1e-13 * np.abs(q).max(), scheme
 
     def test_no_viscosity_moves_what_is_at_rest_over_a_step(self) -> None:
         if not self.model.aux:

@@ -78,9 +78,6 @@ class SourceConformance(OnModel):
         model, q, aux = self.drawn()
         return rows(self.source.step(model, tuple(q), aux, dt), q.shape[1])
 
-    def test_it_is_data(self) -> None:
-        check_is_data(self.source)
-
     def test_it_serves_the_model(self) -> None:
         self.source.check(self.model)
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from fvkit import validation
 from fvkit.backends import BACKENDS
-from fvkit.cli import INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.cli import INTERRUPTED, SUCCESS, add_command, done_so_far, progress_line
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import COUNT, checked, named, progress_line
+from fvkit_granular.cli.options import COUNT, checked, named
 from fvkit_granular.studies.bench import ORDERS, bench
 
 
@@ -33,7 +33,7 @@ def register(commands: Any) -> None:
 def _bench(options: argparse.Namespace) -> int:
     usable_folder(options.out, "--out", ("bench.json", "bench.png"))
     result, stopped = done_so_far(partial(bench, options.cells, options.orders, options.backends, options.repeats,
-                                          progress=progress_line(), plane=options.plane))
+                                          plane=options.plane), progress_line())
     folder = result.save(options.out)
     print(result.table())
     print(f"written to {folder}/: bench.json, bench.png")

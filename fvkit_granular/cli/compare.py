@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from fvkit import validation
-from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far, progress_line
 from fvkit.files import remove, usable_folder
 from fvkit.output.figures import FORMATS, save_all
 from fvkit.problem.directions import observables
@@ -57,11 +57,9 @@ def _compare(options: argparse.Namespace) -> int:
     asked = [f"{y}-over-{x}.{options.format}" for x, y in options.plot_axes]
     folder = usable_folder(common.results_folder(options, "compare", scene_label(options.scene)), "--out",
                            ("report.json", "report.csv", *always, *asked))
-    tell = common.progress_line()
-    report, stopped = done_so_far(partial(compare, chosen, options.models, cells=options.cells, repeats=options.repeats,
-                                          backend=options.backend, seconds=options.seconds, progress=tell, **_schemes(options)))
-    if tell is not None:
-        tell("")
+    study = partial(compare, chosen, options.models, cells=options.cells, repeats=options.repeats, backend=options.backend,
+                    seconds=options.seconds, **_schemes(options))
+    report, stopped = done_so_far(study, progress_line())
     report.save(folder, options.format)
     drawn = {} if stopped else {f"{y}-over-{x}.{options.format}": report.figure(x, y) for x, y in options.plot_axes}
     save_all(folder, drawn)

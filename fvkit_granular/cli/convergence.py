@@ -7,10 +7,10 @@ from typing import Any
 
 from fvkit import OrderError, convergence, validation
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far, progress_line
 from fvkit.files import usable_folder
 from fvkit.studies.convergence import NORMS
-from fvkit_granular.cli.options import COUNT, add_scheme_options, checked, one_of, progress_line, scheme_of
+from fvkit_granular.cli.options import COUNT, add_scheme_options, checked, one_of, scheme_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 
@@ -36,11 +36,9 @@ def _convergence(options: argparse.Namespace) -> int:
     scheme = scheme_of(options)
     if options.out is not None:
         usable_folder(options.out, "--out", ("convergence.json", "convergence.png"))
-    tell = progress_line()
-    found, stopped = done_so_far(partial(convergence, partial(chosen.problem, options.model), scheme, options.cells,
-                                         chosen.known_reference(), norm=options.norm, backend=options.backend, progress=tell))
-    if tell is not None:
-        tell("")
+    study = partial(convergence, partial(chosen.problem, options.model), scheme, options.cells, chosen.known_reference(),
+                    norm=options.norm, backend=options.backend)
+    found, stopped = done_so_far(study, progress_line())
     print(f"scene {scene_label(options.scene)}: {found}")
     if options.out is not None:
         print(f"written to {found.save(options.out)}/: convergence.json, convergence.png")

@@ -1,7 +1,6 @@
 """The options of commands that choose schemes: method, Riemann solver, limiter, order, reconstruction, integrator."""
 
 import argparse
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -157,10 +156,3 @@ def common_options(parser: argparse.ArgumentParser, folder: str) -> None:
 def results_folder(options: argparse.Namespace, command: str, name: str) -> Path:
     """The folder of the results."""
     return options.out or Path(f"fvkit-{command}-{name}")
-
-
-def progress_line() -> Callable[[str], None] | None:
-    """A function that shows one changing line on a terminal; None where stderr is none."""
-    if not sys.stderr.isatty():
-        return None
-    return lambda line: print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)

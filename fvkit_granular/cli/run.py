@@ -17,7 +17,7 @@ from fvkit.files import usable_folder
 from fvkit.output.configuration import model_and_grid, parsed, part
 from fvkit.output.films import checked_film
 from fvkit.output.npz import CHECKPOINT, Archive, expect_format
-from fvkit.output.plots import KINDS, MAPS, line_of
+from fvkit.output.plots import KINDS, MAPS, cut_line
 from fvkit.pointwise.part import public_name
 from fvkit_granular.cli.options import (
     add_scheme_options,
@@ -215,7 +215,7 @@ def _check_pictures(grid: Grid, folder: Path, options: argparse.Namespace, scene
         return
     if axes == 1:
         raise ValueError("--line needs a scene with two axes, and this one has one: leave it out")
-    line_of(grid, ends(options), "--line")
+    cut_line(grid, ends(options), "--line")
 
 
 def _film_times(t_end: float, asked: tuple[float, ...] | None) -> tuple[float, ...]:

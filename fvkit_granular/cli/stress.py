@@ -1,15 +1,14 @@
 """The command ``fvkit stress``."""
 
 import argparse
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fvkit.backends import BACKENDS
-from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far
+from fvkit.cli import FAILED, INTERRUPTED, SUCCESS, add_command, done_so_far, progress_line
 from fvkit.files import usable_folder
-from fvkit_granular.cli.options import COUNT, named, progress_line
+from fvkit_granular.cli.options import COUNT, named
 from fvkit_granular.scenes.toml.read import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
 from fvkit_granular.stress.suite import stress
@@ -20,7 +19,7 @@ WRITTEN = ("stress.json", "stress.txt", "stress.png")
 
 def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
-    parser = add_command(commands, "stress", lambda options: _stress(options, progress_line()),
+    parser = add_command(commands, "stress", _stress,
                          "run the hard test scenes with models, solvers, orders and backends, and check each run",
                          "fvkit stress island dry-dam-break\n  fvkit stress mine.toml --full")
     parser.add_argument("scene", metavar="SCENE", nargs="*", help="hard scenes or scene files (.toml; default: all hard scenes)")
@@ -32,17 +31,15 @@ def register(commands: Any) -> None:
     parser.add_argument("--out", type=Path, default=Path("fvkit-stress"), help="folder for the results (default fvkit-stress)")
 
 
-def _stress(options: argparse.Namespace, tell: Callable[[str], None] | None) -> int:
+def _stress(options: argparse.Namespace) -> int:
     scenes = [*options.scene, *(options.scenes or ())]
     for name in scenes:
         case_of(name)
         find_scene(name)
     usable_folder(options.out, "--out", WRITTEN)
     report, stopped = done_so_far(partial(stress, options.full, scenes or None, backends=options.backends,
-                                          workers=options.workers, progress=tell))
+                                          workers=options.workers), progress_line())
     folder = report.save(options.out)
-    if tell is not None:
-        tell("")
     print(report.summary())
     print(f"written to {folder}/: {', '.join(WRITTEN)}")
     return INTERRUPTED if stopped else SUCCESS if report.success else FAILED

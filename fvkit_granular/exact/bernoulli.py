@@ -50,11 +50,9 @@ def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcri
     needed = 1.5 * critical_depth(q, g)
     head = energy - bottom
     if np.any(head < needed * (1.0 - ROUNDING)) or np.any(head <= 0.0):
-        raise ValueError(
-            f"choked flow: a discharge of {q:g} m^2/s needs a head of {needed:.6g} m above the bottom, but only "
-            f"{np.min(head):.6g} m are left above the crest b = {np.max(bottom):.6g}; lower the crest or q, or "
-            "raise the depth"
-        )
+        raise ValueError(f"choked flow: a discharge of {q:g} m^2/s needs a head of {needed:.6g} m above the bottom, but only "
+                         f"{np.min(head):.6g} m are left above the crest b = {np.max(bottom):.6g}; lower the crest or q, or "
+                         "raise the depth")
     s = head / 3.0
     a = 2.0 / 3.0 * np.arcsin(np.sqrt(np.minimum(q * q / (8.0 * g * s**3), 1.0)))
     if branch == "subcritical":
@@ -62,9 +60,7 @@ def bernoulli_depth(b: ArrayLike, q: float, energy: float, branch: str = "subcri
     return s * (2.0 * np.sin(0.5 * a) ** 2 + np.sqrt(3.0) * np.sin(a))
 
 
-def steady_flow(
-    b: ArrayLike, q: float, h_out: float | None = None, regime: str = "subcritical", g: float = 9.81
-) -> FloatArray:
+def steady_flow(b: ArrayLike, q: float, h_out: float | None = None, regime: str = "subcritical", g: float = 9.81) -> FloatArray:
     """Return the depth of the steady flow of discharge ``q`` to the right over the bottom ``b``.
 
     Parameters

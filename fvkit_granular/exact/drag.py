@@ -52,9 +52,7 @@ class UniformDrag:
         return {"h": np.full_like(w, self.initial.h), "phi": np.full_like(w, self.initial.phi), "vs": vs, "vf": vf}
 
 
-def uniform_drag(
-    state: Sequence[float], d0: float = 0.0, d1: float = 0.0, m: float = 1.0, gamma: float = 0.5
-) -> UniformDrag:
+def uniform_drag(state: Sequence[float], d0: float = 0.0, d1: float = 0.0, m: float = 1.0, gamma: float = 0.5) -> UniformDrag:
     """Return the exact decay of the slip of a uniform state under D = d0 + d1 |vf - vs|^m.
 
     Parameters

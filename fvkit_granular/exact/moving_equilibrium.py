@@ -11,8 +11,8 @@ from fvkit.problem.cell_averages import cell_averages
 from fvkit.validation import flag, function, instance, real
 from fvkit.validation import interval as checked_interval
 from fvkit_granular.exact.discrete_equilibrium import MORE_CELLS, march
-from fvkit_granular.models.pressure_coupled import PressureCoupled
 from fvkit_granular.models.quantities import conserved, over, whole_flow
+from fvkit_granular.models.roe_decomposition import PressureCoupled
 from fvkit_granular.models.two_phase import TwoPhase
 
 if TYPE_CHECKING:

@@ -83,9 +83,7 @@ class ReducedRiemann:
         return (contact or [sum(fronts) / len(fronts) if fronts else 0.0])[0]
 
 
-def reduced_riemann(
-    left: Sequence[float], right: Sequence[float], g: float = 9.81, gamma: float = 0.5
-) -> ReducedRiemann:
+def reduced_riemann(left: Sequence[float], right: Sequence[float], g: float = 9.81, gamma: float = 0.5) -> ReducedRiemann:
     """Solve the Riemann problem of the reduced model on a flat bottom.
 
     With f(h) = 2 (sqrt(g h) - sqrt(g h_K)) for a fan, (h - h_K) sqrt(g (h + h_K)/(2 h h_K)) for a shock,

@@ -48,25 +48,19 @@ class SimpleWave:
         """Return ``h``, ``v`` at the points ``x`` (any shape) and the time 0 <= ``t`` < breaking time."""
         t = real(t, "t", at_least=0.0)
         if t >= self.breaking_time:
-            raise ValueError(
-                f"`t` must be below the breaking time {self.breaking_time:.6g} s, got {t:.6g}: the wave is a shock "
-                "then, and the formula many-valued; compare with a fine grid instead"
-            )
+            raise ValueError(f"`t` must be below the breaking time {self.breaking_time:.6g} s, got {t:.6g}: the wave is a shock "
+                             "then, and the formula many-valued; compare with a fine grid instead")
         points = np.asarray(x, dtype=float)
         margin = 1e-3 * (self.fastest - self.slowest) + 1e-9 * (abs(self.slowest) + abs(self.fastest))
         bracket = points - t * (self.fastest + margin), points - t * (self.slowest - margin)
         feet = points
         if t > 0.0:
-            found = find_root(
-                lambda y, place: y + t * speed(self.h0(y), self.g, self.far_depth) - place,
-                bracket, args=(points,), tolerances={"xatol": 1e-14, "xrtol": 1e-15},
-            )
+            found = find_root(lambda y, place: y + t * speed(self.h0(y), self.g, self.far_depth) - place,
+                              bracket, args=(points,), tolerances={"xatol": 1e-14, "xrtol": 1e-15})
             if not np.all(found.success):
                 worst = points[~found.success].ravel()[0]
-                raise ValueError(
-                    f"no characteristic of the sampled profile reaches x = {worst:.6g} at t = {t:.6g}: h0 varies "
-                    "outside `interval`; widen it"
-                )
+                raise ValueError(f"no characteristic of the sampled profile reaches x = {worst:.6g} at t = {t:.6g}: h0 varies "
+                                 "outside `interval`; widen it")
             feet = found.x
         h = np.asarray(self.h0(feet), dtype=float)
         return {"h": h, "v": 2.0 * (np.sqrt(self.g * h) - np.sqrt(self.g * self.far_depth))}
@@ -92,9 +86,7 @@ def hump(
     amplitude, width, centre = real(amplitude, "amplitude"), real(width, "width", above=0.0), real(centre, "centre")
     far_depth = real(far_depth, "far_depth", above=0.0)
     if far_depth + amplitude <= 0.0:
-        raise ValueError(
-            f"`amplitude` must exceed -far_depth = {-far_depth:g} so that the layer stays wet, got {amplitude:g}"
-        )
+        raise ValueError(f"`amplitude` must exceed -far_depth = {-far_depth:g} so that the layer stays wet, got {amplitude:g}")
 
     def h0(x: FloatArray) -> FloatArray:
         return far_depth + amplitude * np.exp(-(((x - centre) / width) ** 2))
@@ -102,12 +94,8 @@ def hump(
     return h0
 
 
-def simple_wave(
-    h0: Callable[[FloatArray], FloatArray] | None = None,
-    g: float = 9.81,
-    far_depth: float = 1.0,
-    interval: tuple[float, float] = (0.0, 10.0),
-) -> SimpleWave:
+def simple_wave(h0: Callable[[FloatArray], FloatArray] | None = None, g: float = 9.81, far_depth: float = 1.0,
+                interval: tuple[float, float] = (0.0, 10.0)) -> SimpleWave:
     """Return the simple wave that starts from the depth ``h0(x)``.
 
     Parameters

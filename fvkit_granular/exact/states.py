@@ -76,18 +76,14 @@ def density_ratio(gamma: float) -> float:
     return real(gamma, "gamma", above=0.0, below=1.0, hint="fluid density over solid density")
 
 
-def two_phase_state(
-    values: Sequence[float], where: str, dry: type[ValueError] = ValueError
-) -> TwoPhaseState:
+def two_phase_state(values: Sequence[float], where: str, dry: type[ValueError] = ValueError) -> TwoPhaseState:
     """Return the state (h, phi, vs, vf) in depths; negative depths raise ValueError, absent phases ``dry``."""
     h, phi, vs, vf = finite_tuple(values, "h phi vs vf", where)
     if h < 0.0 or not 0.0 <= phi <= 1.0:
         raise ValueError(f"`{where}` needs a depth h >= 0 and a solid fraction phi in [0, 1], got h = {h}, phi = {phi}")
     if h == 0.0 or phi in (0.0, 1.0):
-        raise dry(
-            f"dry state: `{where}` has h = {h}, phi = {phi}, but both phases must be present, h > 0 and 0 < phi < 1; "
-            "for dry beds with uniform phi and vs = vf use reduced_riemann"
-        )
+        raise dry(f"dry state: `{where}` has h = {h}, phi = {phi}, but both phases must be present, h > 0 and 0 < phi < 1; "
+                  "for dry beds with uniform phi and vs = vf use reduced_riemann")
     return TwoPhaseState(phi * h, (1.0 - phi) * h, vs, vf)
 
 

@@ -6,15 +6,15 @@ import attrs
 import numpy as np
 
 from fvkit import maximum, minimum, where
-from fvkit_granular.models.pressure_coupled import ROUNDING
-from fvkit_granular.models.spectrum import couplings, discriminant
-from fvkit_granular.models.two_masses import TwoMasses, layer_sound, moving, pressure_cross, pressure_rows, primitive
-from fvkit_granular.models.two_phase import mixture_difference, mixture_flux, mixture_lift, mixture_push
+from fvkit_granular.models.mixture import Mixture
+from fvkit_granular.models.roe_decomposition import ROUNDING
+from fvkit_granular.models.spectrum import discriminant
+from fvkit_granular.models.two_masses import moving, primitive
 from fvkit_granular.models.wet_dry import TINY
 
 
 @attrs.frozen
-class PitmanLe(TwoMasses):
+class PitmanLe(Mixture):
     """Pitman-Le model: two phases as in `TwoPhase`, q = (hs, hs vs, hf, hf vf), with the fluid momentum of Pitman and Le.
 
     Their fluid equation, (h vf)_t + (h vf^2)_x + g/2 (h^2)_x = -g h b_x, times 1 - phi, is that of `TwoPhase` with one
@@ -55,8 +55,7 @@ class PitmanLe(TwoMasses):
     [0.6, 0.6, 0.4, 0.8]
     """
 
-    def flux(self, q):
-        return mixture_flux(self.layers(q), self.g, self.gamma)
+    dimensions: ClassVar[int] = 1
 
     def wave_speeds(self, q):
         hs, vs, hf, vf = self.layers(q)
@@ -66,34 +65,23 @@ class PitmanLe(TwoMasses):
         return minimum(vs, vf - back) - a, maximum(vs, vf + forth) + a
 
     def sound(self, left, right, bl, br):
-        al, ar = layer_sound(left, right, bl, br, self.g)
+        al, ar = super().sound(left, right, bl, br)
         (backl, _), (_, forthr) = outrun(left, al), outrun(right, ar)
         return al + backl, ar + forthr
 
-    dimensions: ClassVar[int] = 1
-
     def push(self, left, right, bl, br):
-        solid, fluid = mixture_push(left, right, bl, br, self.g, self.gamma)
+        solid, fluid = super().push(left, right, bl, br)
         (kl, sl), (kr, sr) = slipping(left), slipping(right)
         return solid, fluid - 0.5 * (kl + kr) * (sr - sl)
 
-    def couplings(self, hs, hf):
-        return couplings(hs, hf, self.g, self.gamma)
-
-    def balanced_difference(self, ql, qr, auxl, auxr):
-        return mixture_difference(ql, qr, auxl, auxr)
-
-    def lift(self, here, aux):
-        return mixture_lift(here, aux)
-
     def at_state(self, state, v):
         hs, _, hf, vf = state
-        first, second, third, fourth = pressure_rows(state, v, self.couplings(hs, hf))
+        first, second, third, fourth = super().at_state(state, v)
         share = 1.0 / (hs + hf + TINY)
         return first, second, third, fourth - vf * share * (hf * (v[1] - vf * v[0]) - hs * (v[3] - vf * v[2]))
 
     def cross(self, ql, qr, auxl, auxr):
-        zero, solid, _, fluid = pressure_cross(ql, qr, auxl, auxr, self.g, self.gamma)
+        zero, solid, _, fluid = super().cross(ql, qr, auxl, auxr)
         first, second, third, fourth = self.jump(ql, qr, auxl, auxr)
         (kl, sl), (kr, sr) = slipping(self.layers(ql)), slipping(self.layers(qr))
         hs, _, hf, vf = self.roe_mean(ql, qr)

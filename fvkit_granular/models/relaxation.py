@@ -47,7 +47,7 @@ def sound_speeds(hl, hr, step, g):
     Parameters
     ----------
     hl, hr : total depths, m, >= 0.
-    step : see `fvkit_granular.models.wet_dry.Step`.
+    step : see `fvkit_granular.models.wet_dry.BottomStep`.
     g : gravity, m/s^2.
     """
     pushed = np.abs(step.excess) * where(step.db > 0.0, hr, hl) / (hl + hr + TINY)

@@ -8,8 +8,8 @@ import numpy as np
 
 from fvkit.pointwise.polynomial import product_slope, total
 from fvkit_granular.models.beyond_the_end import deepened, deepening
-from fvkit_granular.models.pressure_coupled import PressureCoupled
 from fvkit_granular.models.quantities import LAYERS, bottom, solid_and_fluid
+from fvkit_granular.models.roe_decomposition import PressureCoupled
 from fvkit_granular.models.spectrum import layer_couplings
 from fvkit_granular.models.two_masses import advected
 from fvkit_granular.models.wet_dry import bed_step, upper

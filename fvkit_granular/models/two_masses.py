@@ -39,8 +39,8 @@ class TwoMasses(ShallowFlow, ABC):
     2. ``push(left, right, bl, br)`` returns Ps and Pf integrated over a face, bottom included: zero at rest.
     3. ``couplings(hs, hf)`` returns css, cff, csf and css cff - csf cff: the solid row of the quasi-linear matrix is
        (css - vs^2, 2 vs, csf, 0), which determines the eigenvectors.
-    4. ``at_state(state, v)`` returns the quasi-linear matrix at (hs, vs, hf, vf) times v.
-    5. ``flux``, ``balanced_difference``, ``cross`` and ``eigenvalues`` are defined by the subclass.
+    4. ``at_state(state, v)`` and ``cross`` are those of masses coupled by pressure alone; a subclass adds further terms.
+    5. ``flux``, ``balanced_difference`` and ``eigenvalues`` are defined by the subclass.
 
     Parameters
     ----------
@@ -67,13 +67,29 @@ class TwoMasses(ShallowFlow, ABC):
     def couplings(self, hs, hf):
         """Return css, cff, csf and css cff - csf cff."""
 
-    @abstractmethod
     def at_state(self, state, v):
-        """Return A(hs, vs, hf, vf) v."""
+        """Return the product of v and the quasi-linear matrix at (hs, vs, hf, vf), (3.6): coupling by pressure alone."""
+        hs, vs, hf, vf = state
+        css, cff, csf, _ = self.couplings(hs, hf)
+        return (v[1], (css - vs * vs) * v[0] + 2.0 * vs * v[1] + csf * v[2],
+                v[3], cff * v[0] + (cff - vf * vf) * v[2] + 2.0 * vf * v[3])
+
+    def cross(self, ql, qr, auxl, auxr):
+        """Return the Lax-Wendroff term of gamma g hs hf_x, g hf hs_x and the bottom: with X = d(hs vs) dhf - d(hf vf) dhs,
+
+        (0, g (d(hs vs) db + gamma X), 0, g (d(hf vf) db - X)).
+        """
+        (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
+        dms, dmf, db = msr - msl, mfr - mfl, covered_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
+        exchange = dms * (hfr - hfl) - dmf * (hsr - hsl)
+        zero = 0.0 * exchange
+        return zero, self.g * (dms * db + self.gamma * exchange), zero, self.g * (dmf * db - exchange)
 
     def sound(self, left, right, bl, br):
-        """Return the relaxation sound speeds of both sides of a face, relative to the velocities, m/s."""
-        return layer_sound(left, right, bl, br, self.g)
+        """Return the relaxation sound speeds of both sides of a face, relative to the velocities: sqrt(g h), larger at emerged
+        steps of the bottom, m/s."""
+        hl, hr = left[0] + left[2], right[0] + right[2]
+        return sound_speeds(hl, hr, face_step(hl, hr, bl, br), self.g)
 
     def layers(self, q):
         """Return hs, vs, hf, vf for fluxes at faces: 0 depth for immobile films, 0 velocity for an absent phase."""
@@ -211,7 +227,6 @@ class TwoMasses(ShallowFlow, ABC):
     def eigenvalues(self, q: np.ndarray) -> np.ndarray:
         """Return the characteristic speeds, (4, n), complex, sorted by real part; both masses must be present."""
 
-
     def eigenvectors(self, q: np.ndarray) -> np.ndarray:
         """Return right eigenvectors, (4, 4, n), complex, in columns: (1, l, xi, xi l) with xi csf = (l-vs)^2 - css, (4.17).
 
@@ -222,32 +237,6 @@ class TwoMasses(ShallowFlow, ABC):
         speeds = self.eigenvalues(q)
         xi = ((speeds - vs) ** 2 - css) / csf
         return np.array([np.ones_like(speeds), speeds, xi, xi * speeds])
-
-
-def layer_sound(left, right, bl, br, g):
-    """Return the `sound_speeds` of two sides (hs, vs, hf, vf): sqrt(g h), larger at emerged steps of the bottom, m/s."""
-    hl, hr = left[0] + left[2], right[0] + right[2]
-    return sound_speeds(hl, hr, face_step(hl, hr, bl, br), g)
-
-
-def pressure_rows(state, v, coupled):
-    """Return the product of v and the matrix (3.6) of two masses coupled by pressure, at (hs, vs, hf, vf)."""
-    _, vs, _, vf = state
-    css, cff, csf, _ = coupled
-    return (v[1], (css - vs * vs) * v[0] + 2.0 * vs * v[1] + csf * v[2],
-            v[3], cff * v[0] + (cff - vf * vf) * v[2] + 2.0 * vf * v[3])
-
-
-def pressure_cross(ql, qr, auxl, auxr, g, gamma):
-    """Return the Lax-Wendroff term of gamma g hs hf_x, g hf hs_x and the bottom: with X = d(hs vs) dhf - d(hf vf) dhs,
-
-    (0, g (d(hs vs) db + gamma X), 0, g (d(hf vf) db - X)).
-    """
-    (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
-    dms, dmf, db = msr - msl, mfr - mfl, covered_step(hsl + hfl, hsr + hfr, auxl[0], auxr[0])
-    exchange = dms * (hfr - hfl) - dmf * (hsr - hsl)
-    zero = 0.0 * exchange
-    return zero, g * (dms * db + gamma * exchange), zero, g * (dmf * db - exchange)
 
 
 def moving(hs, vs, hf, vf):

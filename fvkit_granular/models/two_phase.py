@@ -7,14 +7,14 @@ import attrs
 from fvkit.output.citation import Work
 from fvkit.pointwise.polynomial import exchange, product_slope, total
 from fvkit_granular.models.literature import PELANTI_2008
-from fvkit_granular.models.pressure_coupled import PressureCoupled
-from fvkit_granular.models.spectrum import couplings
+from fvkit_granular.models.mixture import Mixture
+from fvkit_granular.models.roe_decomposition import PressureCoupled
 from fvkit_granular.models.two_masses import advected
-from fvkit_granular.models.wet_dry import TINY, bed_step, threshold, upper
+from fvkit_granular.models.wet_dry import threshold
 
 
 @attrs.frozen
-class TwoPhase(PressureCoupled):
+class TwoPhase(Mixture, PressureCoupled):
     """Two-phase model: solid and fluid in one shallow layer, q = (hs, hs vs, hf, hf vf), (3.5).
 
     ::
@@ -52,21 +52,6 @@ class TwoPhase(PressureCoupled):
 
     cite: ClassVar[tuple[Work, ...]] = (PELANTI_2008,)
 
-    def flux(self, q):
-        return mixture_flux(self.layers(q), self.g, self.gamma)
-
-    def push(self, left, right, bl, br):
-        return mixture_push(left, right, bl, br, self.g, self.gamma)
-
-    def couplings(self, hs, hf):
-        return couplings(hs, hf, self.g, self.gamma)
-
-    def balanced_difference(self, ql, qr, auxl, auxr):
-        return mixture_difference(ql, qr, auxl, auxr)
-
-    def lift(self, here, aux):
-        return mixture_lift(here, aux)
-
     def cell_integral(self, ql, qr, q, aux):
         hs, _, hf, _ = q
         solid, fluid = advected(self.layers(ql), self.layers(qr))
@@ -79,43 +64,3 @@ class TwoPhase(PressureCoupled):
         slip = (vs - vf) * (vs - vf)
         deep = hs + hf > threshold(self.dry)
         return deep & (slip > 2.0 * self.g * (1.0 - self.gamma) * hf) & (slip < 4.0 * self.g * (hs + hf))
-
-
-def mixture_flux(layers, g, gamma):
-    """Return the four components of the flux of (3.5) for hs, vs, hf, vf."""
-    hs, vs, hf, vf = layers
-    half = 0.5 * g
-    return hs * vs, hs * vs * vs + half * hs * (hs + (1.0 - gamma) * hf), hf * vf, hf * vf * vf + half * hf * hf
-
-
-def mixture_push(left, right, bl, br, g, gamma):
-    """Return the pressure, nonconservative and bottom terms of both momenta over a face, on the segment of the depths, (3.5).
-
-    The form g hs^ d(h + b) + g (1-gamma)/2 (hf^ dhs - hs^ dhf), g hf^ d(h + b) vanishes to rounding at rest.
-
-    Parameters
-    ----------
-    left, right : hs, vs, hf, vf of the sides, m and m/s.
-    bl, br : bottom, m.
-    g, gamma : gravity, m/s^2, and density ratio.
-    """
-    (hsl, _, hfl, _), (hsr, _, hfr, _) = left, right
-    hs, hf, dhs, dhf = 0.5 * (hsl + hsr), 0.5 * (hfl + hfr), hsr - hsl, hfr - hfl
-    db, excess = bed_step(hsl + hfl, hsr + hfr, bl, br)
-    surface = dhs + dhf + (db - excess)
-    return (g * (hs * surface + upper(db, hsl, hsr) * excess + 0.5 * (1.0 - gamma) * (hf * dhs - hs * dhf)),
-            g * (hf * surface + upper(db, hfl, hfr) * excess))
-
-
-def mixture_difference(ql, qr, auxl, auxr):
-    """Return the balanced difference: qr - ql with the bottom step added to the depths in proportion; 0 at rest, uniform phi."""
-    (hsl, msl, hfl, mfl), (hsr, msr, hfr, mfr) = ql, qr
-    solid, _, fluid, _ = mixture_lift((hsl + hsr, 0.0, hfl + hfr, 0.0), (auxr[0] - auxl[0],))
-    return (hsr - hsl) + solid, msr - msl, (hfr - hfl) + fluid, mfr - mfl
-
-
-def mixture_lift(here, aux):
-    """Return the equilibrium correction: the bottom divided in proportion to the depths; hs, hf plus it are constant at rest."""
-    hs, _, hf, _ = here
-    solid = hs / (hs + hf + TINY) * aux[0]
-    return solid, 0.0, aux[0] - solid, 0.0

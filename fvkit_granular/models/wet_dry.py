@@ -71,7 +71,7 @@ def covered_step(hl, hr, bl, br):
     return db - excess
 
 
-class Step(NamedTuple):
+class BottomStep(NamedTuple):
     """Bottom step at a face, with its weights in the jump.
 
     Parameters
@@ -96,15 +96,15 @@ class Step(NamedTuple):
 
 
 def face_step(hl, hr, bl, br):
-    """Return the `Step` at a face with depths hl, hr and bottoms bl, br, m: of a resolved bottom nothing but db."""
+    """Return the `BottomStep` at a face with depths hl, hr and bottoms bl, br, m: of a resolved bottom nothing but db."""
     db, depths = br - bl, hl + hr
     abrupt = (RESOLVED * np.abs(db) > depths) | (db > hl) | (-db > hr)
     return rarely((db != 0.0) & (depths > 0.0) & abrupt, lambda: abrupt_step(hl, hr, bl, br),
-                  Step(db, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+                  BottomStep(db, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 def abrupt_step(hl, hr, bl, br):
-    """Return the `Step` at a face where the bottom is not resolved, or emerges."""
+    """Return the `BottomStep` at a face where the bottom is not resolved, or emerges."""
     db, excess = bed_step(hl, hr, bl, br)
     above, below = upper(db, hl, hr), upper(db, hr, hl)
     size = np.abs(excess)
@@ -115,7 +115,7 @@ def abrupt_step(hl, hr, bl, br):
     steep = steep * maximum(0.0, minimum(1.0, RESOLVED * height - 1.0))
     abrupt = maximum(0.0, minimum(1.0, 3.0 - 4.0 * height))
     even = minimum(1.0, 2.0 * below / (above + TINY))
-    return Step(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))
+    return BottomStep(db, excess, inverse, raised, steep, steep * (1.0 - raised) * abrupt * even, maximum(0.0, 1.0 - covered))
 
 
 def kinetic_head(step, ml, vl, mr, vr, push):

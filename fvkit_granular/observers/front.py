@@ -1,17 +1,17 @@
 """`Front`: observer of front positions (run-out) and of the deposit."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit import Observer, Problem
+from fvkit import Problem
+from fvkit.run.observers import SeriesObserver
 from fvkit.validation import number
 
 
 @attrs.define(eq=False)
-class Front(Observer):
+class Front(SeriesObserver):
     """Front positions over time, the outermost points where the depth exceeds a threshold, and the deposit.
 
     The depth is interpolated linearly between the centre of the last cell above the threshold and the next one, so positions
@@ -43,30 +43,23 @@ class Front(Observer):
 
     threshold: float = number(above=0.0)
     at_rest: float = number(1e-3, above=0.0)
-    _notes: list[tuple[float, float, float]] = attrs.field(factory=list, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
+        super().begin(problem)
         if not callable(getattr(problem.model, "depth", None)):
             raise ValueError(f"Front needs a model with a depth, {type(problem.model).__name__} defines no `depth(q)`")
         if len(problem.grid.axes) > 1:
             raise ValueError("Front follows both ends of a flow along one axis, got a grid with two: take fv.Extremes, whose map "
                              "largest['h'] shows where the flow has been")
-        self._notes = []
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
         x, h = problem.grid.centers, self._depth(problem, q)
         deep = np.flatnonzero(h > self.threshold)
-        if not len(deep):
-            self._notes.append((t, np.nan, np.nan))
-            return
-        self._notes.append((t, self._crossing(x, h, int(deep[0]), -1, problem.grid.lower),
-                            self._crossing(x, h, int(deep[-1]), 1, problem.grid.upper)))
-
-    def record(self) -> dict[str, np.ndarray]:
-        return {"notes": np.array(self._notes).reshape(-1, 3)}
-
-    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
-        self._notes = [(t, left, right) for t, left, right in record["notes"].tolist()]
+        left = right = np.nan
+        if len(deep):
+            left = self._crossing(x, h, int(deep[0]), -1, problem.grid.lower)
+            right = self._crossing(x, h, int(deep[-1]), 1, problem.grid.upper)
+        self.add(t, {"left": left, "right": right})
 
     def _depth(self, problem: Problem, q: np.ndarray) -> np.ndarray:
         model: Any = problem.model
@@ -79,23 +72,15 @@ class Front(Observer):
             return end
         return float(x[last] + (x[beyond] - x[last]) * (h[last] - self.threshold) / (h[last] - h[beyond]))
 
-    def _column(self, k: int) -> np.ndarray:
-        return np.array([note[k] for note in self._notes])
-
-    @property
-    def t(self) -> np.ndarray:
-        """Times, (k,)."""
-        return self._column(0)
-
     @property
     def left(self) -> np.ndarray:
         """Left fronts, (k,)."""
-        return self._column(1)
+        return self.column("left")
 
     @property
     def right(self) -> np.ndarray:
         """Right fronts, (k,)."""
-        return self._column(2)
+        return self.column("right")
 
     @property
     def deposit(self) -> np.ndarray:

@@ -83,7 +83,7 @@ class HazardMaps(Observer):
         self._last = problem.t_start
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        box = _where_something_stands(problem, q)
+        box = _wet_box(problem, q)
         if box is not None:
             self._note({name: values[box] for name, values in self._maps.items()}, self._seen(problem, q, box), t)
         self._last = t
@@ -133,7 +133,7 @@ class HazardMaps(Observer):
         return {**self._maps, "thickness": self._maps["depth"] / stretched}
 
 
-def _where_something_stands(problem: Problem, q: np.ndarray) -> tuple[slice, ...] | None:
+def _wet_box(problem: Problem, q: np.ndarray) -> tuple[slice, ...] | None:
     """Return the smallest box of cells that holds all mass, as a slice along each axis; None on dry ground."""
     wet = np.logical_or.reduce([q[row] > 0.0 for row in problem.mass_rows])
     box = []

@@ -1,18 +1,18 @@
 """`RunOut`: farthest position of a flow along a path line, for ``observers`` of `fvkit.solve`."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
 
-from fvkit import Observer, Problem
-from fvkit.run.cross_section import line_of, pieces
+from fvkit import Problem
+from fvkit.run.cross_section import cells_along, polyline
+from fvkit.run.observers import SeriesObserver
 from fvkit.validation import number
 
 
 @attrs.define(eq=False)
-class RunOut(Observer):
+class RunOut(SeriesObserver):
     """Run-out: the farthest place along a path line, such as a thalweg, where the flow is deeper than a threshold, over time.
 
     Only cells on the line count, so the line must follow the flow. A place is the middle of the line within its cell, accurate
@@ -51,19 +51,19 @@ class RunOut(Observer):
     (4.75, True)
     """
 
-    path: np.ndarray = attrs.field(converter=lambda value: line_of(value, "path"))
+    path: np.ndarray = attrs.field(converter=lambda value: polyline(value, "path"))
     threshold: float = number(0.1, above=0.0)
     _places: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
-    _notes: list[tuple[float, float]] = attrs.field(factory=list, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
+        super().begin(problem)
         if len(problem.grid.axes) != 2:
             raise ValueError("a RunOut follows a line across a grid with two axes, got a grid with one: take gr.Front")
         if not callable(getattr(problem.model, "depth", None)):
             raise ValueError(f"a RunOut needs a model with a depth, {type(problem.model).__name__} defines no `depth(q)`")
-        cells, normals = pieces(self.path, problem.grid, "`path` of a RunOut")
+        cells, normals = cells_along(self.path, problem.grid, "`path` of a RunOut")
         lengths = np.hypot(*normals)
-        self._places, self._notes = (cells, np.cumsum(lengths) - 0.5 * lengths), []
+        self._places = cells, np.cumsum(lengths) - 0.5 * lengths
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
         if self._places is None:
@@ -72,15 +72,7 @@ class RunOut(Observer):
         model: Any = problem.model
         here = q.reshape(len(q), -1)[:, cells]
         deep = model.depth(tuple(here[row] for row in problem.directions[0].rows)) >= self.threshold
-        self._notes.append((t, float(places[deep][-1]) if deep.any() else np.nan))
-
-    def record(self) -> dict[str, np.ndarray]:
-        return {"notes": np.array(self._notes).reshape(-1, 2)}
-
-    def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
-        if record["notes"].shape[1:] != (2,):
-            raise ValueError("a RunOut has a time and a distance in each note")
-        self._notes = [(t, place) for t, place in record["notes"].tolist()]
+        self.add(t, {"distance": float(places[deep][-1]) if deep.any() else np.nan})
 
     @property
     def length(self) -> float:
@@ -88,14 +80,9 @@ class RunOut(Observer):
         return float(np.hypot(*np.diff(self.path, axis=0).T).sum())
 
     @property
-    def t(self) -> np.ndarray:
-        """Times, (k,), s."""
-        return np.array([t for t, _ in self._notes])
-
-    @property
     def distance(self) -> np.ndarray:
         """Farthest distance along the line at each time, (k,), m."""
-        return np.array([place for _, place in self._notes])
+        return self.column("distance")
 
     @property
     def farthest(self) -> float:

@@ -17,7 +17,7 @@ from fvkit_granular.models.registry import MODELS
 from fvkit_granular.models.registry import RIEMANN as SOLVERS
 from fvkit_granular.scenes.toml.read import find_scene
 from fvkit_granular.stress.cases import CASES, case_of
-from fvkit_granular.stress.checks import Check, Run, finished, masses_kept, never_negative
+from fvkit_granular.stress.checks import Check, JudgedRun, finished, masses_kept, never_negative
 from fvkit_granular.stress.known_limits import LIMITS
 from fvkit_granular.stress.report import StressReport
 
@@ -49,7 +49,7 @@ def choices(full: bool, scenes: Sequence[str], backends: Sequence[str]) -> list[
 
 def stress(full: bool = False, scenes: Sequence[str] | None = None, *, backends: Sequence[str] | None = None,
            workers: int | None = None, progress: Tell | None = None) -> StressReport:
-    """Run the hard scenes with models, solvers, orders and backends, and judge each run.
+    """JudgedRun the hard scenes with models, solvers, orders and backends, and judge each run.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def run_case(scene: str, model: str, riemann: str, order: int, backend: str) -> 
             "checks": [{**check._asdict(), "passed": check.passed} for check in checks], "verdict": verdict(choice, checks)}
 
 
-def make_run(choice: dict[str, Any]) -> Run:
+def make_run(choice: dict[str, Any]) -> JudgedRun:
     """Solve the scene of a combination."""
     chosen, case = find_scene(choice["scene"]), case_of(choice["scene"])
     problem = chosen.problem(MODELS[choice["model"]], case.cells)
@@ -125,7 +125,7 @@ def make_run(choice: dict[str, Any]) -> Run:
     nominal = (problem.t_end - problem.t_start) / first
     solution = uninterrupted(solve(problem, scheme, backend=choice["backend"], throw=False, nonhyperbolic="ignore",
                                    limits=Limits(steps=MOST_STEPS if case.steps is None else int(GIVE_UP * nominal) + 100)))
-    return Run(chosen, problem, choice["order"], solution, nominal)
+    return JudgedRun(chosen, problem, choice["order"], solution, nominal)
 
 
 def verdict(choice: dict[str, Any], checks: Sequence[Check]) -> str:

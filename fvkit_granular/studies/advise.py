@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 
 from fvkit import Outflow, Periodic, Problem, Wall, validation
+from fvkit.run.progress import duration
 from fvkit.studies.tables import preformatted
 from fvkit_granular.models.slope import SteepSlopeWarning, is_steep, sentence, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
@@ -77,7 +78,7 @@ class Advice:
                  f"{n.spread:.3g} m; drag strength K T = {n.damping:.3g}{drag}",
                  f"  Froude number up to {n.froude:.3g}; slip up to {n.slip:.2f} of the limit 2 a beta; {n.dry_share:.0%} dry",
                  f"  {predicted}",
-                 f"  scheme: {self.scheme}, {self.cells} cells; run time compiled about {_duration(self.seconds)}",
+                 f"  scheme: {self.scheme}, {self.cells} cells; run time compiled about {duration(self.seconds)}",
                  f"  estimated grid error {self.grid_error:.1e} ({'with jumps' if self.jumps else 'smooth'})"]
         if self.slope > 0.0 and not any("steepest slope" in warning for warning in self.warnings):
             lines.append(f"  {sentence(self.slope)}")
@@ -88,10 +89,6 @@ class Advice:
 
     def _repr_html_(self) -> str:
         return preformatted(self.text())
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.2g} ms"
 
 
 def advise(scene: Scene, tol: float = 1e-3) -> Advice | TerrainAdvice:

@@ -13,6 +13,7 @@ import numpy as np
 
 from fvkit import Problem
 from fvkit.problem.fields import averages
+from fvkit.run.progress import duration
 from fvkit_granular.models.slope import said_of, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
@@ -49,7 +50,7 @@ class Effort:
 
     def __str__(self) -> str:
         return (f"about {float(f'{self.steps:.2g}'):g} steps ({self.speed:.2g} m/s); compiled about "
-                f"{in_words(self.seconds(0.1))} (a tenth wet) to {in_words(self.seconds(1.0))} (all wet)")
+                f"{duration(self.seconds(0.1))} (a tenth wet) to {duration(self.seconds(1.0))} (all wet)")
 
 
 def effort(scene: Scene, problem: Problem) -> Effort:
@@ -62,14 +63,6 @@ def effort(scene: Scene, problem: Problem) -> Effort:
     speed = np.sqrt(2.0 * scene.g * SHARE * max(relief, 0.0)) + np.sqrt(scene.g * float(depth.max()))
     dx = min(axis.dx for axis in problem.grid.axes)
     return Effort(float(scene.t_end * max(speed, 1.0) / (0.9 * dx)), float(speed), problem.grid.size)
-
-
-def in_words(seconds: float) -> str:
-    """Return a time in words."""
-    for factor, unit in ((1.0, "s"), (60.0, "min")):
-        if seconds < 100.0 * factor:
-            return f"{seconds / factor:.2g} {unit}"
-    return f"{seconds / 3600.0:.2g} h"
 
 
 @attrs.frozen(eq=False)
@@ -122,7 +115,7 @@ class TerrainAdvice:
         lines += [f"  {self.slope}", f"  cells of {self.cell:g} m, as the terrain has them: {self.effort}"]
         if np.isfinite(self.across):
             lines.append(f"  the release is {self.across:.3g} cells wide (root of its area), up to {self.thickness:.3g} m deep")
-        lines += [f"  cell = {factor * self.cell:g}: {cells} cells, some {in_words(time)}; averaging moves the ground by "
+        lines += [f"  cell = {factor * self.cell:g}: {cells} cells, some {duration(time)}; averaging moves the ground by "
                   f"{moved:.2g} m (root mean square)" for factor, (cells, moved, time) in self.grounds.items() if factor > 1]
         lines.append("  no grid error is predicted: the rule for it was never validated on a terrain. Where the ground moves by "
                      "much less than the flow is deep, run with the coarser cells too: what changes is the error of the grid")

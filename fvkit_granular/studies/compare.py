@@ -11,7 +11,7 @@ from fvkit import MC, Model, Problem, RiemannSolver, Scheme, Solution, WavePropa
 from fvkit.pointwise.part import public_name
 from fvkit.problem.directions import directions, observables
 from fvkit.schemes.riemann import default_riemann
-from fvkit.studies.compare import CELLS, SCHEMES, Comparison, Run, runs_of
+from fvkit.studies.compare import CELLS, SCHEMES, Comparison, PlannedRun, limits_of, runs_of
 from fvkit.studies.fine_grid_reference import fine_grid_reference, fine_scheme
 from fvkit.studies.report import Report
 from fvkit_granular.models.reduced import Reduced
@@ -74,22 +74,20 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     """
     scene = validation.instance(scene, "scene", Scene, "such as gr.scene('riemann')")
     for name, given, example in (("models", models, "[gr.TwoPhase]"), ("riemann", riemann, "[fv.HLL()]"),
-                                 ("cells", cells, "[100, 200]"), ("schemes", schemes, SCHEMES)):
+                                 ("schemes", schemes, SCHEMES)):
         if given is not None:
             validation.listed(given, name, example)
-    counts = tuple(validation.whole(count, "cells", at_least=1) for count in (CELLS[len(scene.axes)] if cells is None else cells))
-    repetitions = validation.whole(repeats, "repeats", at_least=1)
-    if not counts:
-        raise ValueError("`cells` must not be empty")
+    counts, repetitions, budget, tell = limits_of(CELLS[len(scene.axes)] if cells is None else cells, repeats, seconds, progress)
     kinds = [scene.model(model) for model in (models or (TwoPhase, Reduced, ShallowWater))]
     for kind in kinds:
         directions(kind, scene.grid(counts[0]))
     if schemes is not None and (riemann is not None or limiter is not None):
         raise ValueError("`schemes` name their own Riemann solver and limiter: leave `riemann` and `limiter` out")
-    runs = (_runs(scene, kinds, riemann, counts, limiter, order, cfl) if schemes is None
-            else _runs_of(scene, kinds, schemes, counts))
-    budget = None if seconds is None else validation.real(seconds, "seconds", above=0.0)
-    tell = (lambda line: None) if progress is None else validation.function(progress, "progress", "of a line of text")
+    if schemes is None:
+        runs = _runs(scene, kinds, riemann, counts, limiter, order, cfl)
+    else:
+        problems = [(public_name(kind), partial(_silently, scene, kind), _silently(scene, kind, counts[0])) for kind in kinds]
+        runs = runs_of(problems, schemes, counts)
     known = scene.known_reference() if reference is None else reference
     if known is not None:
         validation.instance(known, "reference", Reference, "such as gr.FunctionReference('exact', 'a sentence', at=flow)")
@@ -114,7 +112,7 @@ def _silently(scene: Scene, model: Model, cells: Any) -> Problem:
 
 
 def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | None, cells: tuple[int, ...], limiter: Any,
-          order: Any, cfl: float) -> list[Run]:
+          order: Any, cfl: float) -> list[PlannedRun]:
     if isinstance(limiter, list) and not limiter:
         raise TypeError("`limiter` must be a limiter or a list of them, not empty, got []")
     limiters = limiter if isinstance(limiter, list) else [MC() if limiter is None else limiter]
@@ -133,20 +131,7 @@ def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | 
                 for number in orders:
                     scheme = WavePropagation(solver, limiter=chosen, order=number, cfl=cfl)
                     scheme.parts(model, ())
-                    result += [Run(public_name(model), problem_of, scheme, count) for count in cells]
-    return result
-
-
-def _runs_of(scene: Scene, models: list[Model], schemes: Sequence[Scheme], cells: tuple[int, ...]) -> list[Run]:
-    """Every scheme with every model that it serves."""
-    result: list[Run] = []
-    refusals: list[str] = []
-    for model in models:
-        problem_of = partial(_silently, scene, model)
-        runs, refused = runs_of(public_name(model), problem_of, problem_of(cells[0]), schemes, cells)
-        result, refusals = result + runs, refusals + refused
-    if not result:
-        raise ValueError("`schemes` serve none of the models: " + (refusals[0] if refusals else "there are none"))
+                    result += [PlannedRun(public_name(model), problem_of, scheme, count) for count in cells]
     return result
 
 

@@ -4,9 +4,8 @@ import base64
 import html
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -73,13 +72,12 @@ def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mappin
         if layer.least is not None:
             drawn = _drawn(relief, terrain, values, layer, dict.fromkeys(("png", picture)))
             pictures[f"{layer.name}.png"] = drawn["png"]
-            write_whole(folder / f"{layer.name}.{picture}", partial(_fill, drawn[picture]))
+            write_whole(folder / f"{layer.name}.{picture}", drawn[picture])
     write_series(folder, watched, solution)
     paths = [str(one) for one in watched.values() if isinstance(one, RunOut)]
     summary = "\n".join([summarised(scene, solution, hazard, balance), *paths])
     told = limits(solution, hazard, watched, balance)
-    page = _page(scene, solution, summary, told, pictures)
-    write_whole(folder / "report.html", lambda file: file.write(page.encode()))
+    write_whole(folder / "report.html", _page(scene, solution, summary, told, pictures))
     return "\n".join([summary, *(f"caution: {text}" for text in told[1:])])
 
 
@@ -104,10 +102,6 @@ def limits(solution: Solution, hazard: HazardMaps, watched: Mapping[str, Any], b
     found += ["the flow reached the end of the path, which may be too short" for one in watched.values()
               if isinstance(one, RunOut) and one.reaches_end]
     return found
-
-
-def _fill(content: bytes, file: IO[bytes]) -> None:
-    file.write(content)
 
 
 def _drawn(relief: Any, terrain: Terrain, values: np.ndarray, layer: Layer, formats: Iterable[str]) -> dict[str, bytes]:

@@ -77,5 +77,4 @@ def _place(place: float | Sequence[float]) -> str:
 def _write(path: Path, columns: Mapping[str, np.ndarray]) -> None:
     """Write columns as CSV; NaN, such as the arrival where there was none, is left empty."""
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    text = csv_text(columns, ([value if np.isfinite(value) else "" for value in row] for row in rows))
-    write_whole(path, lambda file: file.write(text.encode()))
+    write_whole(path, csv_text(columns, ([value if np.isfinite(value) else "" for value in row] for row in rows)))

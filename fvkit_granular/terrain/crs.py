@@ -81,4 +81,4 @@ def write_beside(path: Path, crs: str | None) -> None:
     if crs is None:
         place.unlink(missing_ok=True)
     else:
-        write_whole(place, lambda file: file.write(crs.encode()))
+        write_whole(place, crs)

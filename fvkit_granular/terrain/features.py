@@ -3,7 +3,7 @@
 import json
 import struct
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -101,11 +101,17 @@ def read_geometries(source: Any, terrain: Terrain) -> tuple[str, list[tuple[Any,
     return where, given
 
 
-def check_apart(covered: np.ndarray, terrain: Terrain, feature: Feature) -> None:
-    """Raise ValueError where the shares of cells (ny, nx) of a feature and of those before it are more than all of a cell."""
-    if covered.max() > 1.0 + ROUNDING:
-        raise ValueError(f"{feature.where}: features must not overlap, got one before it at "
-                         f"{terrain.grid.located(int(np.argmax(covered)))}: merge or cut them")
+def separate(features: Iterable[Feature], terrain: Terrain,
+             shares_of: Callable[[Feature, Terrain], np.ndarray] = Feature.shares) -> Iterator[tuple[Feature, np.ndarray]]:
+    """Give each feature with the share of each cell that it covers, (ny, nx), or raise ValueError where features overlap."""
+    covered = np.zeros(terrain.grid.shape)
+    for feature in features:
+        share = shares_of(feature, terrain)
+        covered += share
+        if covered.max() > 1.0 + ROUNDING:
+            raise ValueError(f"{feature.where}: features must not overlap, got one before it at "
+                             f"{terrain.grid.located(int(np.argmax(covered)))}: merge or cut them")
+        yield feature, share
 
 
 #: What a reader returns: what messages call it, pairs of geometry (GeoJSON) and attributes, CRS.

@@ -52,10 +52,7 @@ PROBABILITY = Layer("probability", None, "probability", 0.0, (0.0, 0.01, 0.05, 0
 
 def write_style(raster: Path, layer: Layer) -> Path:
     """Write the style of a raster beside it, which QGIS takes when it opens the raster, and return its path."""
-    path = raster.with_suffix(".qml")
-    text = style(layer)
-    write_whole(path, lambda file: file.write(text.encode()))
-    return path
+    return write_whole(raster.with_suffix(".qml"), style(layer))
 
 
 def style(layer: Layer) -> str:

@@ -85,9 +85,7 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
 
 def lay_over(target: Axes, terrain: Terrain, values: Any, label: str, above: float, highest: float | None = None) -> Any:
     """Draw results, see `draw_map`, over the relief of a terrain, and return their colour bar."""
-    given = validation.floats(values, "values")
-    if given.shape != terrain.grid.shape:
-        raise ValueError(f"`values` must have the shape of the terrain, {terrain.grid.shape}, got {given.shape}")
+    given = terrain.cells(values, "values")
     x, y = terrain.grid.axes
     seen = np.ma.masked_where(~(given > above) | terrain.missing, given)
     image = target.imshow(seen, cmap="viridis_r", vmin=above, vmax=highest, extent=(x.lower, x.upper, y.lower, y.upper),

@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 
 from fvkit import validation
-from fvkit_granular.terrain.features import READERS, check_apart, is_vector, read_features
+from fvkit_granular.terrain.features import READERS, is_vector, read_features, separate
 from fvkit_granular.terrain.rasters import cells_of
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -94,10 +94,7 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
     """
     ground = validation.instance(terrain, "terrain", Terrain)
     threshold = validation.real(above, "above")
-    cells = cells_of(values, ground, "values")[1] if isinstance(values, (str, Path)) else \
-        validation.floats(values, "values")
-    if cells.shape != ground.grid.shape:
-        raise ValueError(f"`values` must have the shape of the terrain, {ground.grid.shape}, got {cells.shape}")
+    cells = cells_of(values, ground, "values")[1] if isinstance(values, (str, Path)) else ground.cells(values, "values")
     covered, total = _observed(observed, ground)
     if total > 0.0 and not covered.any():
         raise ValueError(f"`observed` must reach into the terrain, {ground.name!r}, got an outline that lies beyond it: look at "
@@ -116,9 +113,8 @@ def _observed(observed: Any, terrain: Terrain) -> tuple[np.ndarray, float]:
         covered = (np.nan_to_num(cells_of(observed, terrain, "observed", tuple(READERS))[1]) > 0.0).astype(float)
         return covered, float(covered.sum() * terrain.grid.cell_volume)
     covered, total = np.zeros(terrain.grid.shape), 0.0
-    for feature in read_features(observed, terrain):
-        covered += feature.shares(terrain)
-        check_apart(covered, terrain, feature)
+    for feature, share in separate(read_features(observed, terrain), terrain):
+        covered += share
         total += feature.area
     return np.minimum(covered, 1.0), total
 

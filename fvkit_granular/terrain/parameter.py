@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import validation
-from fvkit_granular.terrain.features import READERS, check_apart, is_vector, read_features
+from fvkit_granular.terrain.features import READERS, is_vector, read_features, separate
 from fvkit_granular.terrain.rasters import cells_of
 from fvkit_granular.terrain.terrain import Terrain
 
@@ -72,14 +72,12 @@ def _of_zones(source: Any, terrain: Terrain, attribute: str | None) -> tuple[str
     """Return what messages call polygons, their attribute times the share of each cell that they cover, and that share."""
     name = validation.text(attribute, "attribute").lower()
     covered, total, where = np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), ""
-    for feature in read_features(source, terrain):
+    for feature, share in separate(read_features(source, terrain), terrain):
         value = feature.number((name,))
         if value is None or not np.isfinite(value):
             raise ValueError(f"{feature.where} must have a finite attribute {name!r}, got "
                              f"{', '.join(feature.attributes) or 'none'}: give it, or another `attribute`")
-        share = feature.shares(terrain)
         covered += share
-        check_apart(covered, terrain, feature)
         total += share * value
         where = where or feature.where
     covered = np.where(covered > 1.0 - WHOLE, 1.0, covered)

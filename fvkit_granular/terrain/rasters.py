@@ -139,16 +139,12 @@ def write_raster(path: Any, values: Any, terrain: Terrain) -> Path:
     place, ground = validation.file(path, "path"), validation.instance(terrain, "terrain", Terrain)
     if place.suffix.lower() not in READERS:
         raise ValueError(f"`path` must end in {', '.join(READERS)}, got {str(place)!r}")
-    cells = validation.floats(values, "values")
-    if cells.shape != ground.grid.shape:
-        raise ValueError(f"`values` must have the shape of the terrain, {ground.grid.shape}, got {cells.shape}")
+    cells = ground.cells(values, "values")
     if np.isinf(cells).any() or (cells == NODATA).any():
         raise ValueError(f"`values` must be finite, and not {NODATA:g}, which means no data: write NaN for that")
     cells = np.where(ground.missing, np.nan, cells)
     if READERS[place.suffix.lower()] is geotiff.read:
-        content = geotiff.content(cells, ground.grid, ground.crs)
-        return write_whole(place, lambda file: file.write(content))
-    text = ascii_grid.text_of_raster(cells, ground.grid)
-    write_whole(place, lambda file: file.write(text.encode()))
+        return write_whole(place, geotiff.content(cells, ground.grid, ground.crs))
+    write_whole(place, ascii_grid.text_of_raster(cells, ground.grid))
     systems.write_beside(place, ground.crs)
     return place

@@ -10,7 +10,7 @@ from fvkit.studies.tables import table
 from fvkit_granular.sources.plausible import caution
 from fvkit_granular.terrain import crs as systems
 from fvkit_granular.terrain import features
-from fvkit_granular.terrain.features import Feature, check_apart, is_vector, read_features
+from fvkit_granular.terrain.features import Feature, is_vector, read_features, separate
 from fvkit_granular.terrain.rasters import cells_of
 from fvkit_granular.terrain.terrain import SAME_CELLS, Terrain
 
@@ -29,7 +29,7 @@ def _cells(value: Any, name: str) -> np.ndarray:
     return result
 
 
-class Part(NamedTuple):
+class ReleasedPart(NamedTuple):
     """A released feature: ``name``, ``area`` on the map, m^2, ``thickness`` as given, m, and ``volume`` on the terrain, m^3."""
 
     name: str
@@ -54,7 +54,7 @@ class Release:
     terrain: Any = validation.field(validation.instance, kind=Terrain)
     thickness: Any = validation.field(_cells, eq=SAME_CELLS)
     phi: Any = validation.field(_cells, None, optional=True, eq=SAME_CELLS)
-    parts: tuple[Part, ...] = ()
+    parts: tuple[ReleasedPart, ...] = ()
     measured: Any = validation.field(validation.choice, "vertical", known=MEASURED)
 
     def __attrs_post_init__(self) -> None:
@@ -153,26 +153,23 @@ def read_release(source: Any, terrain: Terrain, thickness: float | None = None, 
         raise ValueError(f"`thickness` must be None where {where} is the thickness of each cell, got {given:g}")
     h = values * stretch
     covered = np.count_nonzero(values) * ground.grid.cell_volume
-    part = Part(where, covered, float(values[values > 0.0].mean()), float(h.sum() * ground.grid.cell_volume))
+    part = ReleasedPart(where, covered, float(values[values > 0.0].mean()), float(h.sum() * ground.grid.cell_volume))
     return Release(ground, h, None if solid is None else np.where(h > 0.0, solid, 0.0), (part,), how)
 
 
 def _of_features(found: list[Feature], terrain: Terrain, thickness: float | None, solid: float | None, measured: str,
                  stretch: np.ndarray) -> Release:
-    covered, h, solids, parts = np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), []
+    h, solids, parts = np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), []
     fractions = [_solid(feature) if solid is None else solid for feature in found]
     if None in fractions and any(fraction is not None for fraction in fractions):
         raise ValueError(f"{found[fractions.index(None)].where}: solid_fraction must be given for every feature or for none: "
                          "give it, or the argument `solid_fraction`")
-    for feature, fraction in zip(found, fractions, strict=True):
+    for (feature, share), fraction in zip(separate(found, terrain, _share), fractions, strict=True):
         depth = _thickness(feature) if thickness is None else thickness
-        share = _share(feature, terrain)
-        covered += share
-        check_apart(covered, terrain, feature)
         own = share * depth * stretch
         h += own
         solids += own * (fraction or 0.0)
-        parts.append(Part(feature.name, feature.area, depth, float(own.sum() * terrain.grid.cell_volume)))
+        parts.append(ReleasedPart(feature.name, feature.area, depth, float(own.sum() * terrain.grid.cell_volume)))
     phi = None if None in fractions else np.divide(solids, h, out=np.zeros_like(h), where=h > 0.0)
     return Release(terrain, h, phi, tuple(parts), measured)
 
@@ -204,11 +201,7 @@ def _share(feature: Feature, terrain: Terrain) -> np.ndarray:
 
 def area_shares(source: Any, terrain: Terrain) -> np.ndarray:
     """Return the share of each cell, (ny, nx), that polygons cover; see `read_release` for ``source`` and mistakes in it."""
-    covered = np.zeros(terrain.grid.shape)
-    for feature in read_features(source, terrain):
-        covered += _share(feature, terrain)
-        check_apart(covered, terrain, feature)
-    return covered
+    return np.sum([share for _, share in separate(read_features(source, terrain), terrain, _share)], axis=0)
 
 
 def check_inside(feature: Feature, terrain: Terrain) -> None:

@@ -26,7 +26,7 @@ def larger(grid: Grid, cell: float) -> Grid:
     return Grid(tuple(lower), tuple(upper), tuple(counts))
 
 
-def averaged(values: np.ndarray, fine: Grid, coarse: Grid) -> np.ndarray:
+def coarse_averages(values: np.ndarray, fine: Grid, coarse: Grid) -> np.ndarray:
     """Return averages by area over the cells of a coarser grid, (ny, nx); NaN is left out, and stays where it has over half."""
     across, up = (overlaps(*pair) for pair in zip(fine.axes, coarse.axes, strict=True))
     known = ~np.isnan(values)

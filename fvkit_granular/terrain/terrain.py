@@ -172,7 +172,7 @@ class Terrain:
         if all(abs(axis.dx - side) <= resample.ROUNDING * side for axis in self.grid.axes):
             return self
         grid = resample.larger(self.grid, side)
-        return self._on(grid, resample.averaged(self.bottom, self.grid, grid))
+        return self._on(grid, resample.coarse_averages(self.bottom, self.grid, grid))
 
     def filled(self) -> "Terrain":
         """Return the terrain with its holes filled: cells without data that cells with data enclose.
@@ -189,6 +189,13 @@ class Terrain:
     def depressions(self) -> relief.Depressions:
         """Return depressions: ``count``, ``volume``, m^3, ``deepest``, m. Water leaves at edges and into cells without data."""
         return relief.depressions(self.bottom, self.missing, self.grid)
+
+    def cells(self, values: Any, name: str) -> np.ndarray:
+        """Return values of the cells, (ny, nx), finite or not, as floats, or raise naming ``name``."""
+        found = validation.floats(values, name)
+        if found.shape != self.grid.shape:
+            raise ValueError(f"`{name}` must have the shape of the terrain, {self.grid.shape}, got {found.shape}")
+        return found
 
     def check_on_grid(self, grid: Grid, where: object) -> None:
         """Raise ValueError, naming ``where``, if another grid differs from the terrain's by more than a thousandth of a cell."""

@@ -103,13 +103,19 @@ def error(model, left, right, scheme, cells, backend="numpy", time=0.25):
     return np.abs(solution.q[-1][0] - entropy_solution(model, left, right, grid.centers / time)).mean() / abs(right - left)
 
 
-@pytest.mark.parametrize("order", [1, 2])
+SCHEMES = {
+    "order 1": lambda riemann: fv.WavePropagation(riemann, order=1), "order 2": lambda riemann: fv.WavePropagation(riemann),
+    "MP5": lambda riemann: fv.MethodOfLines(riemann), "MUSCL": lambda riemann: fv.MethodOfLines(riemann, fv.MUSCL(), fv.SSPRK3()),
+}
+
+
+@pytest.mark.parametrize("made", SCHEMES.values(), ids=SCHEMES)
 @pytest.mark.parametrize("riemann", [fv.HLL(), fv.Rusanov(), fv.Roe()], ids=lambda one: type(one).__name__)
 @pytest.mark.parametrize(("model", "left", "right"), CASES.values(), ids=CASES)
-def test_runs_converge_to_the_entropy_solution(model, left, right, riemann, order):
+def test_runs_converge_to_the_entropy_solution(model, left, right, riemann, made):
     if not riemann.serves(model):
         pytest.skip("no decompose")
-    scheme = fv.WavePropagation(riemann, order=order)
+    scheme = made(riemann)
     coarse, fine = (error(model, left, right, scheme, cells) for cells in (100, 400))
     assert fine < 0.65 * coarse
     assert fine < 0.005
@@ -187,6 +193,15 @@ def test_a_smooth_flow_is_second_order_whatever_the_flux():
         errors.append(fv.solve(problem, fv.WavePropagation(fv.HLL(), fv.NoLimiter()), backend="numpy").q[-1])
     apart = [np.abs(a - 0.5 * (b[:, ::2] + b[:, 1::2])).mean() for a, b in pairwise(errors)]
     assert np.log2(apart[-2] / apart[-1]) > 1.8
+
+
+def test_a_smooth_flow_keeps_the_order_of_the_method_of_lines():
+    found = []
+    for cells in (20, 40, 80, 160):
+        problem = fv.Problem(Polynomial(0.3), fv.Grid(0.0, 1.0, cells), lambda x: 0.2 * np.sin(2.0 * np.pi * x)[None], 0.15, boundary=fv.Periodic())
+        found.append(fv.solve(problem, fv.MethodOfLines(fv.HLL(), integrator=fv.DP5()), backend="numpy").q[-1])
+    apart = [np.abs(a - 0.5 * (b[:, ::2] + b[:, 1::2])).mean() for a, b in pairwise(found)]
+    assert np.log2(apart[-2] / apart[-1]) > 4.5
 
 
 class Pair(fv.Model):

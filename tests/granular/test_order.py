@@ -164,6 +164,34 @@ def test_the_cross_terms_of_the_single_velocity_models_give_second_order_over_a_
     assert refine(False)[-1] < 1.4
 
 
+STEEP = {
+    "shallow water": (gr.ShallowWater, 1.0, ()), "reduced": (gr.Reduced, 0.5, gr.Voellmy(0.1, 300.0)),
+    "curvature": (gr.ShallowWater, 1.0, gr.Curvature()), "curvature, Manning": (gr.ShallowWater, 1.0, (gr.Curvature(), gr.Manning(0.06))),
+    "two phases": (gr.TwoPhase, 0.5, (gr.ConstantDrag(3.0), gr.Curvature(), gr.CoulombFriction(0.1))),
+    "Pitman and Le": (gr.PitmanLe, 0.5, gr.ConstantDrag(3.0)), "two layers": (gr.TwoLayer, 0.5, gr.Manning(0.03)),
+}
+
+
+@pytest.mark.parametrize("riemann", [fv.HLL(), gr.Relaxation()], ids=name_of)
+@pytest.mark.parametrize(("kind", "phi", "sources"), STEEP.values(), ids=STEEP)
+def test_steep_ground_that_bends_keeps_second_order(kind, phi, sources, riemann):
+    """Slopes up to 37 degrees: gravity in the matrix changes along x, and the centripetal force within a step."""
+    def bottom(x):
+        return 1.2 * np.sin(0.2 * np.pi * x)
+
+    model, found = kind(slope="steep"), []
+
+    def start(x):
+        solid = phi + 0.1 * (phi < 1.0) * np.sin(0.2 * np.pi * x)
+        return model.conserved_from(3.0 + 0.15 * np.cos(0.2 * np.pi * x) - bottom(x), solid, 1.5 + 0.0 * x, 1.5 + 0.0 * x)
+
+    for cells in (100, 200, 400):
+        problem = fv.Problem(model, fv.Grid(0.0, 10.0, cells), start, 0.5, aux={"b": bottom}, boundary=fv.Periodic(), sources=sources)
+        found.append(solve(problem, fv.WavePropagation(riemann, fv.NoLimiter())).q[-1])
+    coarse, fine = (np.abs(a - 0.5 * (b[:, ::2] + b[:, 1::2])).mean(axis=1) for a, b in pairwise(found))
+    assert (np.log2(coarse / fine) > 1.8).all()
+
+
 @pytest.mark.parametrize(("order", "solid_depth", "bounds"), [(2, 0.0087, [0.0326, 0.0081, 0.0258]),
                                                                (1, 0.0384, [0.1356, 0.0358, 0.1042])])
 def test_the_riemann_problem_with_four_different_waves_has_its_known_errors(order, solid_depth, bounds):

@@ -6,7 +6,7 @@ import pytest
 
 import fvkit as fv
 import fvkit_granular as gr
-from fvkit.backends.march import MAX_RETRIES
+from fvkit.backends.step_length import MAX_RETRIES
 from tests.cases import Stepper, solve
 from tests.robust.cases import avalanche
 

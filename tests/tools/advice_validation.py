@@ -13,11 +13,10 @@ import numpy as np
 
 from fvkit import Outflow, Wall
 from fvkit.backends import BACKENDS
-from fvkit.cli import INTERRUPTED, SUCCESS, done_so_far
+from fvkit.cli import INTERRUPTED, SUCCESS, done_so_far, progress_line
 from fvkit.run.interruption import keeping
 from fvkit.studies.tables import table
 from fvkit_granular.cli.advise import model_errors
-from fvkit_granular.cli.options import progress_line
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.sources.drag_laws import ConstantDrag
 from fvkit_granular.sources.friction_laws import CoulombFriction

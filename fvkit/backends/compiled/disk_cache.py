@@ -54,7 +54,7 @@ def place(name: str, text: str) -> tuple[Path, bool]:
         target = folder() / f"{name}.py"
         target.parent.mkdir(parents=True, exist_ok=True)
         if not target.exists():
-            write_whole(target, lambda file: file.write(text.encode()))
+            write_whole(target, text)
         with tempfile.TemporaryFile(dir=target.parent):
             pass
         return target, True

@@ -19,7 +19,8 @@ from fvkit.backends.compiled.loops import SPARE, TILE
 from fvkit.backends.compiled.time_loop import ADDRESSES, LOOP
 from fvkit.backends.kernel import Kernel
 from fvkit.backends.layout import aligned
-from fvkit.backends.march import EVEN, SHORTEST, SHY, March, Outcome, step_length
+from fvkit.backends.march import March, Outcome
+from fvkit.backends.step_length import EQUALISED, NEARLY_ONE, SHORTEST, step_length
 from fvkit.problem.problem import Problem
 from fvkit.schemes.program import STATE, TRANSPORT, Program
 from fvkit.schemes.scheme import Parts, Scheme
@@ -175,8 +176,9 @@ def _tables(steps: Program) -> tuple[np.ndarray, np.ndarray]:
 
 def loop_of(program: Program, kinds: dict[str, Any], arguments: Any) -> Any:
     """Return the compiled module of the time loop, with or without registers."""
-    constants = {"TILE": TILE, "SPARE": SPARE, "EVEN": EVEN, "SHORTEST": SHORTEST, "SHY": SHY, "STATE": STATE,
-                 "TRANSPORT": TRANSPORT, "REGISTERS": program.registers > 0, **{item.name: int(item) for item in Outcome}}
+    constants = {"TILE": TILE, "SPARE": SPARE, "EQUALISED": EQUALISED, "SHORTEST": SHORTEST, "NEARLY_ONE": NEARLY_ONE,
+                 "STATE": STATE, "TRANSPORT": TRANSPORT, "REGISTERS": program.registers > 0,
+                 **{item.name: int(item) for item in Outcome}}
     lines = "\n".join(f"{name} = {value}" for name, value in constants.items())
     calls = tuple(Call(name, kind) for name, kind in kinds.items())
     return module_of("loop", f"from math import ceil, inf\n\n{lines}\n\n\n{LOOP}", calls, {"advance": arguments})

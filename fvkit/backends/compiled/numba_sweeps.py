@@ -13,7 +13,7 @@ from fvkit.backends.compiled.numba_kernel import module_of
 from fvkit.backends.compiled.sweep_tiles import DRIVER, LANES, LENGTH, generate_sweep, signatures
 from fvkit.backends.layout import aligned
 from fvkit.backends.plane_kernel import PlaneKernel
-from fvkit.backends.python_loop import Report, counted
+from fvkit.backends.python_loop import SweepOutcome, counted
 from fvkit.backends.sweeps import FIRST, Sweep
 from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Parts, Scheme
@@ -74,7 +74,7 @@ class NumbaSweep(Sweep):
             return [share(shares[0], self._scratch[0])]
         return [one.result() for one in [self._pool.submit(share, *pair) for pair in zip(shares, self._scratch, strict=True)]]
 
-    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> Report:
+    def run(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray, dt: float, place: int, other: np.ndarray) -> SweepOutcome:
         self._gated[:], self._gates[:] = 0, 0.0
         for side, lanes, through in self.fluxes():
             passing = np.array(through, dtype=float).reshape(len(through), -1)
@@ -88,7 +88,7 @@ class NumbaSweep(Sweep):
             self._gates.sum(axis=2)
         lost, first = counted([scratch[3] for scratch in self._scratch])
         speeds = [speed for speed, _ in reports]
-        return Report(float(np.max(speeds)), flux, lost, first, any(bad for _, bad in reports))
+        return SweepOutcome(float(np.max(speeds)), flux, lost, first, any(bad for _, bad in reports))
 
     def pull(self, q: np.ndarray, out: np.ndarray, aux: np.ndarray) -> None:
         self._call(self._tiles[1], q, out, aux, aux, FIRST, 0.0)
@@ -111,7 +111,7 @@ class NumbaPlaneKernel(PlaneKernel):
     def restarted(self) -> None:
         self.blocks.forget()
 
-    def _look_round(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
+    def _find_active(self, q: np.ndarray, sweep: Sweep | None = None) -> None:
         if sweep is None:
             self.blocks.look(q)
         for one in self.sweeps if sweep is None else (sweep,):

@@ -3,7 +3,7 @@
 #: Functions of a kernel whose addresses a loop is given, in this order; the last four those of schemes with registers.
 ADDRESSES = ("tile", "ghosts", "opening", "finish", "extend", "source_tile")
 
-#: Kernels are called by their addresses ``at``, see `ADDRESSES`. A row of ``sweeps`` is a `fvkit.schemes.program.Sweep`:
+#: Kernels are called by their addresses ``at``, see `ADDRESSES`. A row of ``sweeps`` is a `fvkit.schemes.program.StageSweep`:
 #: implicit, state, rate, target (-1: none), number of terms, then register and kind of each; of ``weights``: share, weight of the
 #: end fluxes, then that of each term. A loop without REGISTERS has one sweep, from q to out.
 LOOP = '''\
@@ -118,10 +118,10 @@ def advance(at, q, out, aux, edges, n, dx, target, max_steps, retries, least, mo
     outcome = PAUSED
     taken = 0
     while taken < max_steps and t < target:
-        last = dt >= (target - t) * SHY
+        last = dt >= (target - t) * NEARLY_ONE
         h = target - t if last else dt
-        if not last and target - t < EVEN * dt:
-            h = (target - t) / ceil((target - t) / dt * SHY)
+        if not last and target - t < EQUALISED * dt:
+            h = (target - t) / ceil((target - t) / dt * NEARLY_ONE)
         tries = 0
         accepted = False
         while tries < retries:

@@ -4,12 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from fvkit.pointwise import add, scale, subtract, where
+from fvkit.pointwise import TINY, add, maximum, minimum, scale, subtract, where
 from fvkit.pointwise.polynomial import polynomial
 from fvkit.problem.answers import flux
 from fvkit.schemes.background import of_background
 from fvkit.schemes.scheme import NET
-from fvkit.schemes.stages.shore_limiter import asked, kept, rules, trust
+from fvkit.schemes.stages.faces import COMPOSITE, composite, excess_speeds
+from fvkit.schemes.stages.shore_limiter import allowed_share, any_applies, rules, scaled
 
 #: What is found of a cell: the states and aux values at its faces, and the integral over it.
 FOUND = ("left", "right", "left_aux", "right_aux", "inside")
@@ -17,51 +18,69 @@ FOUND = ("left", "right", "left_aux", "right_aux", "inside")
 
 def reconstruct(parts, ratio, q, aux):
     """Return the states and aux values at both faces of a cell, and the integral over it."""
-    return dict(zip(FOUND, on_cell(parts.model, *whole(parts, (*q, *aux))), strict=True))
+    here, bed, *deviation = cell = unlimited(parts, (*q, *aux))
+    if composite(parts.model):
+        cell = limited(here, bed, convex_share(parts.model, q, aux), *deviation)
+    return dict(zip(FOUND, on_cell(parts.model, *cell), strict=True))
+
+
+def convex_share(model, q, aux):
+    """Return the share of the deviations that a composite wave, fan and shock in one, leaves.
+
+    Sharper values would turn it into a shock that breaks the entropy condition. The share is 1 where speeds between neighbours
+    leave those of both by less than 1/`COMPOSITE` of the largest in the stencil, and 0 from twice that on, so smooth flow has
+    its order. Derived here.
+    """
+    excess, largest = 0.0, TINY
+    for left, right, auxl, auxr in zip(q[:-1], q[1:], aux[:-1], aux[1:], strict=True):
+        outside, s1, s2 = excess_speeds(model, left, right, auxl, auxr)
+        excess, largest = maximum(excess, outside), maximum(largest, maximum(np.abs(s1), np.abs(s2)))
+    return minimum(maximum(2.0 - COMPOSITE * excess / largest, 0.0), 1.0)
 
 
 def near_shore(parts, ratio, q, aux, left, right, **others):
-    """Whether the polynomial of a cell must be drawn to its mean."""
-    states, given = split(parts.model, (*q, *aux))
+    """Whether the polynomial of a cell must be limited."""
+    states, given = states_and_aux(parts.model, (*q, *aux))
     here = states[len(states) // 2]
-    return asked(rules(parts.model, states, given, subtract(left, here), subtract(right, here), lifts(parts.model, (*q, *aux))))
+    lifted = uses_lift(parts.model, (*q, *aux))
+    return any_applies(rules(parts.model, states, given, subtract(left, here), subtract(right, here), lifted))
 
 
-def draw(parts, ratio, q, aux, left, right, left_aux, right_aux, inside):
+def limit_at_shore(parts, ratio, q, aux, left, right, left_aux, right_aux, inside):
     """Scale the polynomial that `reconstruct` returned for a cell towards its mean; unchanged where no condition requires it."""
     stencil, found = (*q, *aux), (left, right, left_aux, right_aux, inside)
-    states, given = split(parts.model, stencil)
+    states, given = states_and_aux(parts.model, stencil)
     here, bed = states[len(states) // 2], given[len(given) // 2]
     sides = (subtract(left, here), subtract(right, here), subtract(left_aux, bed), subtract(right_aux, bed))
-    share = allowed(parts, stencil, sides)
-    cell = drawn(here, bed, share, sides, bends(parts, stencil, deviations(parts, stencil)))
+    share = shore_share(parts, stencil, sides)
+    cell = limited(here, bed, share, sides, third_modes_of(parts, stencil, deviations(parts, stencil)))
     return {name: tuple([where(share >= 1.0, old, new) for old, new in zip(before, after, strict=True)])
             for name, before, after in zip(FOUND, found, on_cell(parts.model, *cell), strict=True)}
 
 
 def polynomials(parts, stencil):
-    """Return the polynomials of q and aux on a cell, drawn to their means at shores."""
-    q, aux, sides, third_modes = whole(parts, stencil)
+    """Return the polynomials of q and aux on a cell, limited towards their means at shores."""
+    q, aux, sides, third_modes = unlimited(parts, stencil)
     if parts.model.phases:
-        q, aux, sides, third_modes = drawn(q, aux, allowed(parts, stencil, sides), sides, third_modes)
+        q, aux, sides, third_modes = limited(q, aux, shore_share(parts, stencil, sides), sides, third_modes)
     _, _, inner, bed = assembled(q, aux, sides, third_modes)
     return inner, bed
 
 
-def split(model, stencil):
+def states_and_aux(model, stencil):
     """Return the states and the aux values of a stencil, without the rows behind the aux values."""
     width = len(stencil) // 2
     return stencil[:width], [item[:len(model.aux)] for item in stencil[width:]]
 
 
-def lifts(model, stencil):
+def uses_lift(model, stencil):
     """Whether q + lift is reconstructed: not with a background, whose deviation is."""
     return model.defines("lift") and of_background(model, stencil[-1]) is None
 
 
 def deviations(parts, stencil):
     """Return the reconstructed variable, less its value in the cell: q + lift, or q - background."""
-    model, (states, given) = parts.model, split(parts.model, stencil)
+    model, (states, given) = parts.model, states_and_aux(parts.model, stencil)
     flows = [of_background(model, item) for item in stencil[len(states):]]
     q, aux, flow = states[len(states) // 2], given[len(given) // 2], flows[len(flows) // 2]
     found = [subtract(item, q) for item in states]
@@ -72,9 +91,9 @@ def deviations(parts, stencil):
     return found
 
 
-def bends(parts, stencil, found):
+def third_modes_of(parts, stencil, found):
     """Return the third modes of q and of aux; ``found`` are the `deviations`."""
-    model, (states, given) = parts.model, split(parts.model, stencil)
+    model, (states, given) = parts.model, states_and_aux(parts.model, stencil)
     flow, bed = of_background(model, stencil[-1 - len(states) // 2]), third(parts.reconstruction, given)
     bend = third(parts.reconstruction, found)
     if flow is not None:
@@ -82,9 +101,9 @@ def bends(parts, stencil, found):
     return (subtract(bend, model.lift(states[len(states) // 2], bed)) if model.defines("lift") else bend), bed
 
 
-def whole(parts, stencil):
+def unlimited(parts, stencil):
     """Return q and aux of a cell, the deviations at its faces, (left, right) of each, and the third modes of both."""
-    model, (states, given) = parts.model, split(parts.model, stencil)
+    model, (states, given) = parts.model, states_and_aux(parts.model, stencil)
     q, aux, flow = states[len(states) // 2], given[len(given) // 2], of_background(model, stencil[-1 - len(states) // 2])
     beds = faces(parts.reconstruction, [subtract(item, aux) for item in given])
     found = deviations(parts, stencil)
@@ -94,18 +113,18 @@ def whole(parts, stencil):
         left, right = add(left, subtract(flow.left, flow.mean)), add(right, subtract(flow.right, flow.mean))
     elif model.defines("lift"):
         left, right = (subtract(item, model.lift(q, bed)) for item, bed in zip((left, right), beds, strict=True))
-    return q, aux, (left, right, *beds), bends(parts, stencil, found)
+    return q, aux, (left, right, *beds), third_modes_of(parts, stencil, found)
 
 
-def allowed(parts, stencil, sides):
+def shore_share(parts, stencil, sides):
     """Return the share of the deviations that a shore leaves."""
-    states, given = split(parts.model, stencil)
-    return trust(rules(parts.model, states, given, sides[0], sides[1], lifts(parts.model, stencil)))
+    states, given = states_and_aux(parts.model, stencil)
+    return allowed_share(rules(parts.model, states, given, sides[0], sides[1], uses_lift(parts.model, stencil)))
 
 
-def drawn(q, aux, share, sides, third_modes):
-    """Return what `whole` does with a share of the deviations."""
-    return q, aux, tuple([kept(share, item) for item in sides]), tuple([kept(share, item) for item in third_modes])
+def limited(q, aux, share, sides, third_modes):
+    """Return what `unlimited` does with a share of the deviations."""
+    return q, aux, tuple([scaled(share, item) for item in sides]), tuple([scaled(share, item) for item in third_modes])
 
 
 def assembled(q, aux, sides, third_modes):

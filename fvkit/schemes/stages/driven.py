@@ -91,7 +91,11 @@ def drive(parts, ratio, q, net, aux, bearing):
     borne = tuple([maximum(mass, PAYING * after[masses[-1]])
                    for mass, (masses, _) in zip(borne, parts.model.phases, strict=True)])
     start, free = with_across(parts.model, q, after, borne, surroundings(parts, aux, aux), ratio * parts.dx)
-    return {NEW: acted(parts.joint, parts.model, start, free, borne, aux, ratio * parts.dx)[:len(q)]}
+    step = (parts.joint, parts.model, start, free, borne, aux, ratio * parts.dx)
+    end = acted(*step)
+    if parts.model.bend_rows:
+        end = acted(*step, reached=end)
+    return {NEW: end[:len(q)]}
 
 
 def surroundings(parts, auxl, auxr):

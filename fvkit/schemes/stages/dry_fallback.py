@@ -11,7 +11,7 @@ from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.schemes.scheme import SPEED
 from fvkit.schemes.stages.driven import Net, for_cells, jumps
 from fvkit.schemes.stages.fluctuations import anchored, rest_of, travelling_left
-from fvkit.schemes.stages.positivity import carriers, inside, window
+from fvkit.schemes.stages.positivity import carriers, window, within_window
 
 #: Depth ratio of neighbours, or of an equilibrium difference such as a step of the bottom to the smaller depth: the weight of
 #: the fallback is 0 below half of it and 1 above it.
@@ -23,7 +23,7 @@ RARE = 1e-4
 #: Between reconstructed states it is complete too where a phase parts faster than the speed of sound of both sides, and
 #: begins at half of that. A Riemann solver with one mean speed per wave lets inner waves push such a flow apart; the cells
 #: of a resolved fan are never that far from each other. Cell means of first and second order do well without.
-PARTING = 1.0
+SEPARATING = 1.0
 
 
 def contrasts(parts, ql, qr, auxl, auxr):
@@ -33,12 +33,12 @@ def contrasts(parts, ql, qr, auxl, auxr):
             for row in carriers(parts.model)]
 
 
-def distrusted(parts, ratio, ql, qr, auxl, auxr, left_going, **others):
+def needs_fallback(parts, ratio, ql, qr, auxl, auxr, left_going, **others):
     """Whether a face needs the relaxation solver: neighbours differ much, a phase is rare, or a mass is overdrawn."""
-    return ~inside(parts, ratio, ql, qr, left_going) | uneven(parts, ql, qr, auxl, auxr)
+    return ~within_window(parts, ratio, ql, qr, left_going) | nearly_dry(parts, ql, qr, auxl, auxr)
 
 
-def uneven(parts, ql, qr, auxl, auxr):
+def nearly_dry(parts, ql, qr, auxl, auxr):
     """Whether neighbours differ much, or a phase is rare."""
     found: Any = False
     for smaller, larger in contrasts(parts, ql, qr, auxl, auxr):
@@ -49,12 +49,12 @@ def uneven(parts, ql, qr, auxl, auxr):
         for row in rows:
             found = found | (ql[row] + qr[row] < 2.0 * RARE * total)
     if parts.reconstruction is not None:
-        for speed, sound in partings(parts.model, ql, qr, auxl, auxr):
-            found = found | (2.0 * speed > PARTING * sound)
+        for speed, sound in separations(parts.model, ql, qr, auxl, auxr):
+            found = found | (2.0 * speed > SEPARATING * sound)
     return found
 
 
-def partings(model, ql, qr, auxl, auxr):
+def separations(model, ql, qr, auxl, auxr):
     """Return, for each phase, how fast both sides part, and the smaller speed of sound: half the range of speeds less slip."""
     left, right = velocities(model, ql), velocities(model, qr)
     sounds = []
@@ -73,19 +73,19 @@ def velocities(model, q):
     return [flux[row] / (q[row] + TINY) for row in carriers(model)]
 
 
-def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
+def own_shares(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     """Return, for each phase, the share of the scheme's own solver at a face, 0 next to dry ground.
 
     ``relaxed`` is the part of the other solver. A phase that is rare loses its own rows alone: the rest of the flow goes on.
     """
     model, rows = parts.model, carriers(parts.model)
     total = sum(ql[row] + qr[row] for row in rows)
-    parted = partings(model, ql, qr, auxl, auxr) if parts.reconstruction is not None else ()
+    parted = separations(model, ql, qr, auxl, auxr) if parts.reconstruction is not None else ()
     owns, rare, common = [], [], 1.0
     for k, ((masses, _), (smaller, larger)) in enumerate(zip(model.phases, contrasts(parts, ql, qr, auxl, auxr), strict=True)):
         own = DRIER * smaller / (larger + TINY) - 1.0
         for speed, sound in parted[k:k + 1]:
-            own = minimum(own, where(2.0 * speed > PARTING * sound, 2.0 - 2.0 * speed / (PARTING * sound + TINY), 1.0))
+            own = minimum(own, where(2.0 * speed > SEPARATING * sound, 2.0 - 2.0 * speed / (SEPARATING * sound + TINY), 1.0))
         for row in masses:
             low, high = window(parts, ratio, ql, qr, row)
             carried, change = ratio * relaxed[row], ratio * (left[row] - relaxed[row])
@@ -97,7 +97,7 @@ def trust(parts, ratio, ql, qr, auxl, auxr, left, relaxed):
     return [maximum(minimum(own, common), 0.0) for own in owns]
 
 
-def fall_back(parts, ratio, ql, qr, auxl, auxr, left_going, right_going, fastest, speeds=None, waves=None):
+def blend_with_relaxation(parts, ratio, ql, qr, auxl, auxr, left_going, right_going, fastest, speeds=None, waves=None):
     """Blend a face's fluctuations, and at second order its waves and speeds, towards those of the relaxation solver.
 
     The waves fade instead: next to dry ground the scheme is first order. A face, and a phase, that trusts its own solver keeps
@@ -108,7 +108,7 @@ def fall_back(parts, ratio, ql, qr, auxl, auxr, left_going, right_going, fastest
     pieces, their_speeds = parts.model.relaxation(ql, qr, auxl, auxr, Net(net, whole))
     relaxed = travelling_left(pieces, their_speeds)
     relaxed = anchored(parts, ql, relaxed if net is whole else combine(1.0, relaxed, 0.5, subtract(jump, net)))
-    shares = trust(parts, ratio, ql, qr, auxl, auxr, left_going, relaxed)
+    shares = own_shares(parts, ratio, ql, qr, auxl, auxr, left_going, relaxed)
     some, own, share = reduce(maximum, shares) > 0.0, reduce(minimum, shares) >= 1.0, [1.0] * len(left_going)
     for found, (masses, momentum) in zip(shares, parts.model.phases, strict=True):
         for row in (*masses, momentum):

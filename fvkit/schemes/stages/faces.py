@@ -8,7 +8,7 @@ import numpy as np
 from fvkit.pointwise import TINY, add, combine, maximum, scale, subtract, where
 from fvkit.problem.answers import end_speeds, face_speeds, looks_between, wave_speeds
 from fvkit.schemes.scheme import SPEED, Parts, Read, Stage, here
-from fvkit.schemes.stages.dry_fallback import distrusted, fall_back
+from fvkit.schemes.stages.dry_fallback import blend_with_relaxation, needs_fallback
 from fvkit.schemes.stages.fluctuations import fluctuations, half_signs, riemann_problem
 
 #: Share of a speed that the speed of a jump may be off by rounding.
@@ -43,8 +43,8 @@ def face_stages(parts: Parts, face: Mapping[str, Read], fixes: bool, waves: bool
     if model.defines("relaxation") and not riemann.positive:
         first = (*BOTH, SPEED)
         every = (*first, "speeds", "waves") if waves else (*first, "speeds") if fixes else first
-        result.append(Stage(fall_back, {**face, **here(*every)}, every if waves else first,
-                            guard=distrusted_or_fixed if fixes else distrusted))
+        result.append(Stage(blend_with_relaxation, {**face, **here(*every)}, every if waves else first,
+                            guard=needs_fallback_or_fix if fixes else needs_fallback))
     return result
 
 
@@ -61,9 +61,9 @@ def transonic(parts, ratio, ql, qr, auxl, auxr, speeds, **others):
     return found | (turning(parts.model, ql, qr, auxl, auxr) > np.abs(speeds[0])) if composite(parts.model) else found
 
 
-def distrusted_or_fixed(parts, ratio, ql, qr, auxl, auxr, left_going, speeds, **others):
+def needs_fallback_or_fix(parts, ratio, ql, qr, auxl, auxr, left_going, speeds, **others):
     """Whether a face needs the fallback, perhaps after the entropy fix."""
-    return distrusted(parts, ratio, ql, qr, auxl, auxr, left_going) | transonic(parts, ratio, ql, qr, auxl, auxr, speeds)
+    return needs_fallback(parts, ratio, ql, qr, auxl, auxr, left_going) | transonic(parts, ratio, ql, qr, auxl, auxr, speeds)
 
 
 def entropy_viscosity(parts, ratio, ql, qr, auxl, auxr, speeds, left_going, right_going):
@@ -93,17 +93,17 @@ def convexity(model, ql, qr, auxl, auxr):
     There a correction may sharpen a composite wave, fan and shock in one, into a shock that breaks the entropy condition. Where
     the flow is smooth it is 1 - O(dx^2). Derived here.
     """
-    excess, s1, s2 = beyond(model, ql, qr, auxl, auxr)
+    excess, s1, s2 = excess_speeds(model, ql, qr, auxl, auxr)
     return maximum(1.0 - COMPOSITE * excess / (maximum(np.abs(s1), np.abs(s2)) + TINY), 0.0)
 
 
 def turning(model, ql, qr, auxl, auxr):
     """Return the largest speed between both sides where speeds change their sign there and leave those of both sides, else 0."""
-    excess, s1, s2 = beyond(model, ql, qr, auxl, auxr)
+    excess, s1, s2 = excess_speeds(model, ql, qr, auxl, auxr)
     return where((excess > 0.0) & (s1 < 0.0) & (s2 > 0.0), maximum(-s1, s2), 0.0)
 
 
-def beyond(model, ql, qr, auxl, auxr):
+def excess_speeds(model, ql, qr, auxl, auxr):
     """Return by how much speeds between both sides leave those of both sides, 0 for rounding, and their bounds."""
     low, high = end_speeds(model, ql, qr, auxl, auxr)
     s1, s2 = face_speeds(model, ql, qr, auxl, auxr)

@@ -2,7 +2,7 @@
 
 Averaging a shock over a cell is what makes internal shocks of a nonconservative system miss their speed: the mean is no
 state of the shock, and the next Riemann problems see it. Here a cell whose neighbours a, c are joined by one dominant shock
-is taken apart again: w_l left of the front, w_r right of it, both from the Roe waves of (a, c), the front where the cell's
+is split again: w_l left of the front, w_r right of it, both from the Roe waves of (a, c), the front where the cell's
 masses put it. The faces see w_l and w_r. The front moves inside, and what crosses the downstream face by the end of the
 step is a flux through it, so both cells see the same number. The cell also gets jump(w_l, w_r) less that flux: masses and
 mixture momentum stay conserved for any w_l, w_r. On one shock between two constants the scheme is exact.
@@ -18,7 +18,7 @@ import numpy as np
 from fvkit.pointwise import TINY, add, maximum, scale, subtract, weighted, where
 from fvkit.schemes.scheme import MASS_FLUX, SPEED, Read, Stage
 from fvkit.schemes.stages.driven import for_cells, jumps
-from fvkit.schemes.stages.dry_fallback import uneven
+from fvkit.schemes.stages.dry_fallback import nearly_dry
 from fvkit.schemes.stages.fluctuations import fluctuations, half_signs, riemann_problem
 from fvkit.schemes.stages.positivity import hold_within, mass_fluxes
 
@@ -39,7 +39,7 @@ TIE = 1e-9
 _FRONT = ("strength", "crossing", "front_left", "front_right")
 
 
-def finding(model):
+def detection_stages(model):
     """Return the stages that find the shocks: ``marked`` is true in cells with a shock."""
     none = (0.0,) * len(model.conserved)
 
@@ -49,17 +49,17 @@ def finding(model):
     around = {"q": Read("q", -1, 1), "aux": Read("aux", -1, 1)}
     distant = {"upstream": Read("contrast", -2), "change": Read("contrast"), "downstream": Read("contrast", 2)}
     return [Stage(contrast, around, ("contrast",)), Stage(empty, {}, _FRONT),
-            Stage(take_apart, {**distant, **around}, _FRONT, guard=worth_a_look, sparse=True),
-            Stage(keep_the_stronger, {"strength": Read("strength", -1, 1)}, ("marked",), light=True)]
+            Stage(shock_of_cell, {**distant, **around}, _FRONT, guard=suspected, sparse=True),
+            Stage(mark_stronger, {"strength": Read("strength", -1, 1)}, ("marked",), light=True)]
 
 
-def resolving(waves):
+def resolved_faces_stage(waves):
     """Return the stage that solves the faces of marked cells again; it writes ``waves``, the fields that keep waves, too."""
     sides = {name: Read(name, -1, 0) for name in ("marked", "q", "aux", "crossing", "front_left", "front_right")}
-    return Stage(resolve, sides, ("left_going", "right_going", SPEED, *waves), guard=beside_a_front, sparse=True)
+    return Stage(solve_between_fronts, sides, ("left_going", "right_going", SPEED, *waves), guard=beside_marked, sparse=True)
 
 
-def uncorrecting(corrections, masses):
+def first_order_stage(corrections, masses):
     """Return the stage that makes faces of marked cells first order: no corrections, mass fluxes without them in their window."""
     def uncorrected(parts, ratio, marked, q, left_going):
         none = dict.fromkeys(corrections, (0.0,) * len(left_going))
@@ -68,15 +68,15 @@ def uncorrecting(corrections, masses):
         return none | hold_within(parts, ratio, q[0], q[1], left_going, mass_fluxes(parts, ratio, left_going)[MASS_FLUX])
 
     reads = {"marked": Read("marked", -1, 0), "q": Read("q", -1, 0), "left_going": Read("left_going")}
-    return Stage(uncorrected, reads, (*corrections, *masses), guard=beside_a_front, sparse=True)
+    return Stage(uncorrected, reads, (*corrections, *masses), guard=beside_marked, sparse=True)
 
 
-def size(model, difference):
+def depth_change(model, difference):
     """Return the change of depth: the sum of abs over the masses, over all components of a model without masses."""
-    return sum(np.abs(difference[row]) for row in measured(model))
+    return sum(np.abs(difference[row]) for row in measured_rows(model))
 
 
-def measured(model):
+def measured_rows(model):
     """Rows that measure a shock and place its front."""
     return model.mass_rows() or tuple(range(len(model.conserved)))
 
@@ -85,17 +85,17 @@ def measured(model):
 
 def contrast(parts, ratio, q, aux):
     """Return the change of depth from the cell before to the cell after, beyond that of an equilibrium."""
-    return {"contrast": size(parts.model, parts.model.balanced_difference(q[0], q[2], aux[0], aux[2]))}
+    return {"contrast": depth_change(parts.model, parts.model.balanced_difference(q[0], q[2], aux[0], aux[2]))}
 
 
-def worth_a_look(parts, ratio, upstream, change, downstream, q, aux):
+def suspected(parts, ratio, upstream, change, downstream, q, aux):
     """Whether a change over two cells is large and isolated enough to be a shock in the cell between them."""
-    depth = 0.5 * (size(parts.model, q[0]) + size(parts.model, q[2]))
+    depth = 0.5 * (depth_change(parts.model, q[0]) + depth_change(parts.model, q[2]))
     most = ISOLATED * change
     return (change > WEAKEST * depth) & (upstream <= most) & (downstream <= most)
 
 
-def take_apart(parts, ratio, upstream, change, downstream, q, aux):
+def shock_of_cell(parts, ratio, upstream, change, downstream, q, aux):
     """Return strength, crossing speed, w_l and w_r of the shock in a cell; strength 0 where there is none.
 
     The strongest Roe wave of the neighbours, both on the bottom of the cell, is a shock in the cell where its states have
@@ -109,19 +109,19 @@ def take_apart(parts, ratio, upstream, change, downstream, q, aux):
     waves, speeds = model.decompose(a, c, aux, aux, subtract(c, a))
     left, right, strength, speed, family, others = strongest(model, a, c, waves, speeds)
     shock = subtract(right, left)
-    rows = measured(model)
+    rows = measured_rows(model)
     norm = sum(shock[row] * shock[row] for row in rows) + TINY
     behind = sum((right[row] - here[row]) * shock[row] for row in rows) / norm
     outer = (family == 0.0) | (family == len(waves) - 1.0)
     most = where(outer, SHARP, ISOLATED) * change
     accepted = ((upstream <= most) & (downstream <= most) & (others <= strength) & (behind > 0.0) & (behind < 1.0)
-                & (strength > WEAKEST * 0.5 * (size(model, a) + size(model, c)))
+                & (strength > WEAKEST * 0.5 * (depth_change(model, a) + depth_change(model, c)))
                 & (own_speed(model, left, aux, shock, family) > own_speed(model, right, aux, shock, family)))
     for row in model.mass_rows():
         accepted = accepted & (left[row] > 0.0) & (right[row] > 0.0)
     if model.phases:
         for ql, qr, auxl, auxr in ((before, here, aux_before, aux), (here, after, aux, aux_after), (left, right, aux, aux)):
-            accepted = accepted & ~uneven(parts, ql, qr, auxl, auxr)
+            accepted = accepted & ~nearly_dry(parts, ql, qr, auxl, auxr)
     whole, net, _ = jumps(parts, ratio, a, c, aux, aux)
     if net is not whole:
         for every, rest in zip(whole, for_cells(model, a, c, whole, net), strict=True):
@@ -138,7 +138,7 @@ def strongest(model, a, c, waves, speeds):
     Waves are summed up from the nearer side, so that a mirror image has mirrored states.
     """
     count = len(waves)
-    sizes = [size(model, wave) for wave in waves]
+    sizes = [depth_change(model, wave) for wave in waves]
     states = []
     for k, wave in enumerate(waves):
         from_left, from_right = a, c
@@ -157,7 +157,7 @@ def strongest(model, a, c, waves, speeds):
     family: Any = 0.0
     for k in range(1, count):
         more = sizes[k] > strength
-        left, right = chosen(more, states[k][0], left), chosen(more, states[k][1], right)
+        left, right = selected(more, states[k][0], left), selected(more, states[k][1], right)
         speed, family = where(more, speeds[k], speed), where(more, float(k), family)
         strength = maximum(sizes[k], strength)
     return left, right, strength, speed, family, sum(sizes) - strength
@@ -172,7 +172,7 @@ def own_speed(model, state, aux, change, family):
     return result
 
 
-def keep_the_stronger(parts, ratio, strength):
+def mark_stronger(parts, ratio, strength):
     """Whether a cell holds a shock: of two neighbours the stronger one, none of equals."""
     before, here, after = strength
     return {"marked": here > (1.0 + TIE) * maximum(before, after)}
@@ -180,12 +180,12 @@ def keep_the_stronger(parts, ratio, strength):
 
 # ---------------------------------------------------------------------- what their faces do
 
-def beside_a_front(parts, ratio, marked, **others):
+def beside_marked(parts, ratio, marked, **others):
     """Whether one of the cells of a face is marked."""
     return marked[0] | marked[1]
 
 
-def resolve(parts, ratio, marked, q, aux, crossing, front_left, front_right):
+def solve_between_fronts(parts, ratio, marked, q, aux, crossing, front_left, front_right):
     """Solve a face between the states of the fronts, with what fronts carry through it and do inside their cells.
 
     Each input is a pair, of the left and the right cell; ``front_left`` and ``front_right`` are the states w_l and w_r on both
@@ -193,8 +193,8 @@ def resolve(parts, ratio, marked, q, aux, crossing, front_left, front_right):
     """
     (markedl, markedr), (ql, qr), (auxl, auxr), (crossingl, crossingr) = marked, q, aux, crossing
     (l_of_l, l_of_r), (r_of_l, r_of_r) = front_left, front_right
-    l_of_l, r_of_l = chosen(markedl, l_of_l, ql), chosen(markedl, r_of_l, ql)
-    l_of_r, r_of_r = chosen(markedr, l_of_r, qr), chosen(markedr, r_of_r, qr)
+    l_of_l, r_of_l = selected(markedl, l_of_l, ql), selected(markedl, r_of_l, ql)
+    l_of_r, r_of_r = selected(markedr, l_of_r, qr), selected(markedr, r_of_r, qr)
     found = riemann_problem(parts, ratio, r_of_l, l_of_r, auxl, auxr)
     waves, speeds = found["waves"], found["speeds"]
     left, right = fluctuations(parts, ratio, r_of_l, l_of_r, found["jump"], waves, half_signs(speeds)).values()
@@ -210,6 +210,6 @@ def resolve(parts, ratio, marked, q, aux, crossing, front_left, front_right):
     return {"left_going": left, "right_going": right, SPEED: found[SPEED], "speeds": speeds, "waves": waves}
 
 
-def chosen(condition, new, old):
+def selected(condition, new, old):
     """Return the tuple ``new`` where the condition holds, else ``old``."""
     return tuple([where(condition, mine, other) for mine, other in zip(new, old, strict=True)])

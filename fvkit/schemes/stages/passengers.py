@@ -20,8 +20,9 @@ cells. It is known in the second sweep of a step, from the first one.
 import numpy as np
 
 from fvkit.pointwise import TINY, combine, maximum, minimum, where
-from fvkit.problem.answers import mass_flux, wave_speeds
+from fvkit.problem.answers import wave_speeds
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, NET, Parts, Read, Stage, here
+from fvkit.schemes.stages.dry_fallback import velocities
 from fvkit.schemes.stages.positivity import window
 
 #: Fall of a characteristic speed at a face that counts as smooth, as a share of the sound speed.
@@ -32,38 +33,39 @@ def passenger_stages(parts: Parts, order: int) -> list[Stage]:
     """Return the stages behind those of a step along lines: what carries the momenta across, and the whole new state."""
     result = []
     if parts.across:
-        result.append(Stage(squeezing, {"ql": Read("q", -1), "qr": Read("q"), "auxl": Read("aux", -1), "auxr": Read("aux")},
-                            ("squeeze",)))
+        result.append(Stage(compression, {"ql": Read("q", -1), "qr": Read("q"), "auxl": Read("aux", -1), "auxr": Read("aux")},
+                            ("compression",)))
         reads = {"q": Read("q", -1, 0), "u": Read("velocity across", -2, 1), "flux": Read(MASS_FLUX)} if order == 2 else \
             {"q": Read("q", -1, 0), "u": Read("velocity across", -1, 0), "flux": Read(MASS_FLUX)}
+        viscous = {**reads, "aux": Read("aux", -1, 0), "through": Read("flux across")}
         result += [Stage(velocity_across, here("q", "across"), ("velocity across",), light=True),
-                   Stage(ride, reads, ("ridden",)),
-                   Stage(brake, {**reads, "aux": Read("aux", -1, 0), "ridden": Read("ridden")}, ("ridden",), guard=beside_a_jump)]
+                   Stage(flux_across, reads, ("flux across",)),
+                   Stage(viscosity_across, viscous, ("flux across",), guard=beside_a_jump)]
     return result
 
 
 def moved_stage(parts: Parts, made: str) -> Stage:
     """Return the last stage: the state after a sweep, of which ``made`` is the net fluctuation or what sources left of it."""
-    ridden = {"across": Read("across"), "ridden": Read("ridden", 0, 1), "squeeze": Read("squeeze", 0, 1)} if parts.across else {}
-    return Stage(moved, {"q": Read("q"), "made": Read(made), **ridden}, (MOVED,)) if made == NET else \
-        Stage(driven_on, {"made": Read(made), **ridden}, (MOVED,))
+    reads = {**({"q": Read("q")} if made == NET else {}), "made": Read(made)}
+    if parts.across:
+        reads |= {"across": Read("across"), "through": Read("flux across", 0, 1), "squeezed": Read("compression", 0, 1)}
+    return Stage(moved, reads, (MOVED,))
 
 
 def velocity_across(parts, ratio, q, across):
     """Return the velocity across of each phase, as faces see it."""
-    return {"velocity across": velocities(parts.model, q, across)}
+    return {"velocity across": velocities_with(parts.model, q, across)}
 
 
-def velocities(model, q, momenta):
+def velocities_with(model, q, momenta):
     """Return the velocity of each phase with given momenta, damped where it is thin."""
     state = list(q)
     for phase, momentum in zip(model.phases, momenta, strict=True):
         state[phase.momentum] = momentum
-    flux = mass_flux(model, tuple(state))
-    return tuple([flux[phase.masses[-1]] / (q[phase.masses[-1]] + TINY) for phase in model.phases])
+    return tuple(velocities(model, tuple(state)))
 
 
-def ride(parts, ratio, q, u, flux):
+def flux_across(parts, ratio, q, u, flux):
     """Return the flux of each momentum across."""
     fluxes = dict(zip(parts.model.mass_rows(), flux, strict=True))
     result = []
@@ -79,30 +81,22 @@ def ride(parts, ratio, q, u, flux):
         nu = ratio * np.abs(carried) / (where(onwards, q[0][row], q[1][row]) + TINY)
         slope = 0.5 * (1.0 - nu) * parts.limiters[0].phi(theta, nu) * change
         result.append(carried * where(onwards, left + slope, right - slope))
-    return {"ridden": tuple(result)}
+    return {"flux across": tuple(result)}
 
 
-def moved(parts, ratio, q, made, across=(), ridden=((), ()), squeeze=()):
-    """Return the state of a cell after a sweep, its momenta across, and how much its faces squeeze."""
-    return {MOVED: (*combine(1.0, q, -ratio, made), *carried(ratio, across, ridden), *most(squeeze))}
+def moved(parts, ratio, made, q=None, across=(), through=((), ()), squeezed=()):
+    """Return the state of a cell after a sweep, its momenta across, and the larger compression at its faces."""
+    state = made if q is None else combine(1.0, q, -ratio, made)
+    carried = [w - ratio * (right - left) for w, left, right in zip(across, *through, strict=True)]
+    return {MOVED: (*state, *carried, *([maximum(*squeezed)] if squeezed else []))}
 
 
-def driven_on(parts, ratio, made, across=(), ridden=((), ()), squeeze=()):
-    """Return the same of the state that sources and sweep have made of a cell."""
-    return {MOVED: (*made, *carried(ratio, across, ridden), *most(squeeze))}
-
-
-def most(squeeze):
-    """Return the larger number of both faces."""
-    return (maximum(*squeeze),) if squeeze else ()
-
-
-def squeezing(parts, ratio, ql, qr, auxl, auxr):
+def compression(parts, ratio, ql, qr, auxl, auxr):
     """Return by how much the characteristic speeds fall at a face, beyond a share of the sound speed: not in smooth flow."""
     lowl, highl = wave_speeds(parts.model, ql, auxl)
     lowr, highr = wave_speeds(parts.model, qr, auxr)
     sound = 0.25 * ((highl - lowl) + (highr - lowr))
-    return {"squeeze": maximum(maximum(lowl - lowr, highl - highr) - SMOOTH * sound, 0.0)}
+    return {"compression": maximum(maximum(lowl - lowr, highl - highr) - SMOOTH * sound, 0.0)}
 
 
 def beside_a_jump(parts, ratio, aux, **others):
@@ -110,7 +104,7 @@ def beside_a_jump(parts, ratio, aux, **others):
     return maximum(aux[0][-1], aux[1][-1]) > 0.0
 
 
-def brake(parts, ratio, q, u, flux, aux, ridden):
+def viscosity_across(parts, ratio, q, u, flux, aux, through):
     """Add the viscosity of passengers at jumps of the other axis."""
     (ql, qr), eta = q, maximum(aux[0][-1], aux[1][-1])
     fluxes, result = dict(zip(parts.model.mass_rows(), flux, strict=True)), []
@@ -120,10 +114,5 @@ def brake(parts, ratio, q, u, flux, aux, ridden):
         low, high = window(parts, ratio, ql, qr, row)
         room = 0.5 * minimum(high - ratio * fluxes[row], ratio * fluxes[row] - low)
         extra = minimum(0.5 * ratio * eta * minimum(ql[row], qr[row]), maximum(room, 0.0)) / ratio
-        result.append(ridden[k] - extra * (right[k] - left[k]))
-    return {"ridden": tuple(result)}
-
-
-def carried(ratio, across, ridden):
-    """Return the momenta across after a sweep."""
-    return tuple([w - ratio * (right - left) for w, left, right in zip(across, *ridden, strict=True)])
+        result.append(through[k] - extra * (right[k] - left[k]))
+    return {"flux across": tuple(result)}

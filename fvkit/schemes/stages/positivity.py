@@ -45,7 +45,7 @@ def evenness(left, right, factor):
     return factor * minimum(left, right) / (maximum(left, right) + TINY)
 
 
-def inside(parts, ratio, ql, qr, fluxes):
+def within_window(parts, ratio, ql, qr, fluxes):
     """Whether no mass is overdrawn by fluxes, given by row; False for NaN."""
     found = True
     for row in parts.model.mass_rows():
@@ -67,7 +67,7 @@ def mass_fluxes(parts, ratio, left_going, correction=None):
 
 def may_overdraw(parts, ratio, ql, qr, mass_flux, correction=None, **others):
     """Whether a mass flux leaves the window, or neighbours differ enough to fade the correction of the face."""
-    found = ~inside(parts, ratio, ql, qr, dict(zip(parts.model.mass_rows(), mass_flux, strict=True)))
+    found = ~within_window(parts, ratio, ql, qr, dict(zip(parts.model.mass_rows(), mass_flux, strict=True)))
     return found if correction is None else found | apart(parts, ql, qr, SHORE)
 
 

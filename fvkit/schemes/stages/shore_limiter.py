@@ -29,14 +29,14 @@ def rules(model, states, given, left, right, lifts):
 
     The conditions need no division, so that they are cheap enough for every cell.
     """
-    found = [*contrasts(model, states), *depths(model, states, left, right)]
+    found = [*mass_ratios(model, states), *face_masses(model, states, left, right)]
     low, high = wave_speeds(model, states[len(states) // 2], given[len(given) // 2])
     for masses, momentum in model.phases:
-        found += calm(states, (left, right), masses[-1], momentum, HASTE * (high - low))
+        found += face_velocities(states, (left, right), masses[-1], momentum, HASTE * (high - low))
     return found + (smoothness(model, states, given) if lifts else [])
 
 
-def asked(pairs):
+def any_applies(pairs):
     """Return whether any rule applies."""
     result: Any = False
     for condition, _ in pairs:
@@ -44,7 +44,7 @@ def asked(pairs):
     return result
 
 
-def trust(pairs):
+def allowed_share(pairs):
     """Return the share of the deviation from the mean that all rules allow: 1 away from shores."""
     share: Any = 1.0
     for condition, allowed in pairs:
@@ -52,7 +52,7 @@ def trust(pairs):
     return maximum(share, 0.0)
 
 
-def contrasts(model, states):
+def mass_ratios(model, states):
     """Return the rule for masses that differ much among the cells."""
     rows = model.mass_rows()
     floor = RARE * largest([sum(state[row] for row in rows) for state in states])
@@ -64,7 +64,7 @@ def contrasts(model, states):
     return result
 
 
-def depths(model, states, left, right):
+def face_masses(model, states, left, right):
     """Return the rule for masses that fall too low at a face."""
     q, result = states[len(states) // 2], []
     for row in model.mass_rows():
@@ -73,7 +73,7 @@ def depths(model, states, left, right):
     return result
 
 
-def calm(states, sides, row, momentum, sound):
+def face_velocities(states, sides, row, momentum, sound):
     """Return the rule that keeps the velocities at both faces as close to that of the cell as those next to it are.
 
     A share s makes v + s (dm - v dh)/(h + s dh) of the velocity, so s (|dm - v dh| - V dh) <= V h bounds its change by V, here
@@ -105,7 +105,7 @@ def smoothness(model, states, given):
     return [(2.0 * rough > depth, 2.0 - 2.0 * rough / (depth + TINY))]
 
 
-def kept(share, deviation):
+def scaled(share, deviation):
     """Return a share of a deviation; 0 for none of it, whatever it is: modes mean nothing where a cell is dry."""
     return tuple([where(share > 0.0, share * item, 0.0) for item in deviation])
 

@@ -13,15 +13,7 @@ from attrs import frozen
 from numpy.typing import ArrayLike
 
 from fvkit.validation import real
-from fvkit_granular.exact.states import (
-    FloatArray,
-    TwoPhaseState,
-    Wave,
-    density_ratio,
-    finite_tuple,
-    similarity,
-    two_phase_state,
-)
+from fvkit_granular.exact.states import FloatArray, TwoPhaseState, Wave, density_ratio, finite_tuple, similarity, two_phase_state
 from fvkit_granular.exact.two_phase.fields import characteristic
 from fvkit_granular.exact.two_phase.integral_curves import IntegralCurve, integral_curve
 from fvkit_granular.exact.two_phase.self_similar import evaluate
@@ -57,9 +49,7 @@ class RarefactionFans:
         return evaluate(self.left, self._curves, similarity(x, t, x0))
 
 
-def rarefaction_fans(
-    left: Sequence[float], widths: Sequence[float], g: float = 9.81, gamma: float = 0.5
-) -> RarefactionFans:
+def rarefaction_fans(left: Sequence[float], widths: Sequence[float], g: float = 9.81, gamma: float = 0.5) -> RarefactionFans:
     """Build the exact solution that starts at ``left`` and opens a fan of given width in each field.
 
     Each fan follows dq/dl = r_k / (grad l_k . r_k) with growing speed l.
@@ -102,16 +92,12 @@ def rarefaction_fans(
     return RarefactionFans(first, state, (first, *(curve.end for curve in curves)), waves, tuple(curves))
 
 
-def _fan(
-    state: TwoPhaseState, family: int, width: float, head: float, slope: float, g: float, gamma: float
-) -> IntegralCurve:
+def _fan(state: TwoPhaseState, family: int, width: float, head: float, slope: float, g: float, gamma: float) -> IntegralCurve:
     """Return the curve whose speed grows from ``head`` by ``width``, or raise with the cause."""
     reach = math.copysign(100.0 * state.h, slope)
     curve = integral_curve(state, family, reach, g, gamma, stop_speed=head + width, dense=True)
     if curve.stopped != "speed":
         cause = _CAUSES[curve.stopped].format(k=family)
-        raise ValueError(
-            f"the fan of field {family} was to span {head:.6g} .. {head + width:.6g} m/s, but its curve ends at "
-            f"{curve.tail:.6g} m/s, h = {curve.end.h:.6g}, phi = {curve.end.phi:.6g}: {cause}"
-        )
+        raise ValueError(f"the fan of field {family} was to span {head:.6g} .. {head + width:.6g} m/s, but its curve ends at "
+                         f"{curve.tail:.6g} m/s, h = {curve.end.h:.6g}, phi = {curve.end.phi:.6g}: {cause}")
     return curve

@@ -76,16 +76,8 @@ class IntegralCurve:
         return characteristic(self.family, hs, hf, vs, vf, self.g, self.gamma)
 
 
-def integral_curve(
-    start: TwoPhaseState,
-    family: int,
-    strength: float,
-    g: float,
-    gamma: float,
-    *,
-    stop_speed: float | None = None,
-    dense: bool = False,
-) -> IntegralCurve:
+def integral_curve(start: TwoPhaseState, family: int, strength: float, g: float, gamma: float, *, stop_speed: float | None = None,
+                   dense: bool = False) -> IntegralCurve:
     """Follow field ``family`` from ``start``, its speed growing, to ``strength``, ``stop_speed`` or a singular point.
 
     With ``dense`` the result can be evaluated between its ends (`IntegralCurve.states_at`).
@@ -126,11 +118,9 @@ def integral_curve(
         event.terminal = True
     events[0].direction = -1.0  # a start at the inflection may leave it upwards
     velocity = np.sqrt(g * depth)
-    result = solve_ivp(
-        rate, (0.0, abs(strength)), np.array(start), method="DOP853", events=events, dense_output=dense,
-        rtol=RTOL, atol=ATOL * np.array([depth, depth, velocity, velocity]),
-        first_step=min(abs(strength), 0.05 * depth),
-    )
+    result = solve_ivp(rate, (0.0, abs(strength)), np.array(start), method="DOP853", events=events, dense_output=dense,
+                       rtol=RTOL, atol=ATOL * np.array([depth, depth, velocity, velocity]),
+                       first_step=min(abs(strength), 0.05 * depth))
     if not result.success:
         raise NoFourWaveSolution(f"the integral curve of field {family} cannot be followed: {result.message}")
     stopped = "strength"
@@ -138,16 +128,12 @@ def integral_curve(
         stopped = name if len(times) else stopped
     end = TwoPhaseState(*result.y[:, -1].tolist())
     tail = float(characteristic(family, *end, g, gamma).speed)
-    return IntegralCurve(
-        family, start, end, sign * float(result.t[-1]), float(begin.speed), tail, stopped, g, gamma, result.sol
-    )
+    return IntegralCurve(family, start, end, sign * float(result.t[-1]), float(begin.speed), tail, stopped, g, gamma, result.sol)
 
 
 def _straight(start: TwoPhaseState, here: Characteristic, c: float, strength: float) -> TwoPhaseState:
     """Return the end of a very short curve: one step along the eigenvector."""
     hs, hf, vs, vf = start
     dhs, dhf = here.share * strength, c * (1.0 - here.share) * strength
-    return TwoPhaseState(
-        float(hs + dhs), float(hf + dhf),
-        float(vs + (here.speed - vs) * dhs / hs), float(vf + (here.speed - vf) * dhf / hf),
-    )
+    return TwoPhaseState(float(hs + dhs), float(hf + dhf),
+                         float(vs + (here.speed - vs) * dhs / hs), float(vf + (here.speed - vf) * dhf / hf))

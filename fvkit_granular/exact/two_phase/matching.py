@@ -87,9 +87,7 @@ def _conserved(state: TwoPhaseState) -> FloatArray:
     return np.array((state.hs, state.hs * state.vs, state.hf, state.hf * state.vf))
 
 
-def _newton(
-    left: TwoPhaseState, right: TwoPhaseState, guess: FloatArray, curves: Curves
-) -> tuple[FloatArray, float]:
+def _newton(left: TwoPhaseState, right: TwoPhaseState, guess: FloatArray, curves: Curves) -> tuple[FloatArray, float]:
     """Solve from ``guess``, or raise with the cause of the last failure."""
     depth = max(left.h, right.h)
     velocity = math.sqrt(curves.g * depth)
@@ -119,10 +117,8 @@ def _newton(
         return result.x, error
     if causes:
         raise causes[-1]
-    raise NoFourWaveSolution(
-        f"Newton's method for the four wave strengths stalls at a relative mismatch of {error:.1e} "
-        f"(allowed {MISMATCH:.0e}); the states may lie at the edge of what four waves can join"
-    )
+    raise NoFourWaveSolution(f"Newton's method for the four wave strengths stalls at a relative mismatch of {error:.1e} "
+                             f"(allowed {MISMATCH:.0e}); the states may lie at the edge of what four waves can join")
 
 
 def _continuation(left: TwoPhaseState, right: TwoPhaseState, curves: Curves) -> tuple[FloatArray, float]:

@@ -15,14 +15,7 @@ from attrs import evolve, field, frozen
 from numpy.typing import ArrayLike
 
 from fvkit.validation import choice, real
-from fvkit_granular.exact.states import (
-    FloatArray,
-    NoFourWaveSolution,
-    TwoPhaseState,
-    density_ratio,
-    similarity,
-    two_phase_state,
-)
+from fvkit_granular.exact.states import FloatArray, NoFourWaveSolution, TwoPhaseState, density_ratio, similarity, two_phase_state
 from fvkit_granular.exact.two_phase.fields import characteristic
 from fvkit_granular.exact.two_phase.integral_curves import TINY, integral_curve
 from fvkit_granular.exact.two_phase.matching import Curves, match
@@ -134,9 +127,7 @@ def two_phase_riemann(
     """
     g, gamma = real(g, "g", above=0.0), density_ratio(gamma)
     path = choice(path, "path", PATHS)
-    first, last = (
-        two_phase_state(state, where, dry=NoFourWaveSolution) for state, where in ((left, "left"), (right, "right"))
-    )
+    first, last = (two_phase_state(state, where, dry=NoFourWaveSolution) for state, where in ((left, "left"), (right, "right")))
     for state, where in ((first, "left"), (last, "right")):
         _check_hyperbolic(state, where, g, gamma)
     _check_vacuum(first, last, g)
@@ -199,17 +190,9 @@ def _wave(group: tuple[Piece, ...]) -> TwoPhaseWave:
     """Return the record of the wave that one or two pieces make."""
     kind = "".join("S" if isinstance(piece, Jump) else "R" for piece in group)
     shocks = [piece.speed for piece in group if isinstance(piece, Jump)]
-    return TwoPhaseWave(
-        family=group[0].family,
-        kind=kind,
-        head=group[0].head,
-        tail=group[-1].tail,
-        shock=shocks[0] if shocks else None,
-        strength=sum(piece.strength for piece in group),
-        left=group[0].start,
-        right=group[-1].end,
-        middle=group[0].end if len(group) == 2 else None,
-    )
+    return TwoPhaseWave(family=group[0].family, kind=kind, head=group[0].head, tail=group[-1].tail,
+                        shock=shocks[0] if shocks else None, strength=sum(piece.strength for piece in group), left=group[0].start,
+                        right=group[-1].end, middle=group[0].end if len(group) == 2 else None)
 
 
 def _check_order(waves: tuple[TwoPhaseWave, ...]) -> None:

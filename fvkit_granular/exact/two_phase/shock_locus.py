@@ -113,20 +113,16 @@ class ShockLocus:
         return ShockPoint(e, y, sigma, behind)
 
     def _end(self, last: ShockPoint) -> str:
-        return (
-            f"the shock locus of field {self.name} from hs = {self.start.hs:.6g}, hf = {self.start.hf:.6g} ends at "
-            f"hs = {last.state.hs:.6g}, hf = {last.state.hf:.6g}: no stronger shock of this field exists there"
-        )
+        return (f"the shock locus of field {self.name} from hs = {self.start.hs:.6g}, hf = {self.start.hf:.6g} ends at "
+                f"hs = {last.state.hs:.6g}, hf = {last.state.hf:.6g}: no stronger shock of this field exists there")
 
 
 class _EmptyPhase(ArithmeticError):
     """The iteration left the range of positive depths."""
 
 
-def _residual(
-    y: float, sigma: float, e: float, c: float, hs: float, hf: float, vs: float, vf: float,
-    area: PathArea, g: float, gamma: float,
-) -> tuple[float, float]:
+def _residual(y: float, sigma: float, e: float, c: float, hs: float, hf: float, vs: float, vf: float,
+              area: PathArea, g: float, gamma: float) -> tuple[float, float]:
     """Return the residuals of the two jump conditions."""
     z = c * (1.0 - y)
     hs1, hf1 = hs + y * e, hf + z * e

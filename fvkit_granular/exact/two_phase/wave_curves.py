@@ -130,13 +130,9 @@ class WaveCurve:
 
     def _not_hyperbolic(self, family: int, state: TwoPhaseState) -> str:
         hs, hf, vs, vf = state.mirrored() if self.mirrored else state
-        return (
-            f"hyperbolicity is lost at the {self._name(family)}-wave: the state hs = {hs:.6g}, hf = {hf:.6g}, "
-            f"vs = {vs:.6g}, vf = {vf:.6g} has a complex inner pair of speeds; reduce the slip vs - vf or the jump"
-        )
+        return (f"hyperbolicity is lost at the {self._name(family)}-wave: the state hs = {hs:.6g}, hf = {hf:.6g}, "
+                f"vs = {vs:.6g}, vf = {vf:.6g} has a complex inner pair of speeds; reduce the slip vs - vf or the jump")
 
     def _second_inflection(self, family: int) -> str:
-        return (
-            f"the {self._name(family)}-wave crosses more than one inflection of its field; only composites of one fan "
-            "and one shock are solved"
-        )
+        return (f"the {self._name(family)}-wave crosses more than one inflection of its field; only composites of one fan "
+                "and one shock are solved")

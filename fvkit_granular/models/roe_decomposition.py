@@ -7,7 +7,7 @@ import numpy as np
 
 from fvkit import where
 from fvkit_granular.models.spectrum import quartic_discriminant, shifted_roots
-from fvkit_granular.models.two_masses import TwoMasses, pressure_cross, pressure_rows, primitive
+from fvkit_granular.models.two_masses import TwoMasses, primitive
 from fvkit_granular.models.wet_dry import threshold
 
 #: Discriminant of the inner pair over g h above which its two speeds count as distinct; below it both waves have the mean speed.
@@ -19,11 +19,11 @@ ROUNDING = 1e-12
 
 @attrs.frozen
 class PressureCoupled(TwoMasses, ABC):
-    """Abstract model with the quasi-linear matrix (3.6) and the entries of ``couplings``. Contract:
+    """Abstract model whose masses are coupled by pressure alone, as `TwoMasses` has it. Contract:
 
     ``flux``, ``push``, ``couplings`` and ``balanced_difference`` define the model; ``push`` is consistent with A^, the
-    matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition, cross term and
-    eigenvalues follow from these.
+    matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition and eigenvalues
+    follow from these.
     """
 
     def decompose(self, ql, qr, auxl, auxr, jump):
@@ -51,12 +51,6 @@ class PressureCoupled(TwoMasses, ABC):
               where(distinct, t3, 0.5 * rest[2]), where(distinct, l3 * t3, 0.5 * rest[3]))
         z2 = (rest[0] - z3[0], rest[1] - z3[1], rest[2] - z3[2], rest[3] - z3[3])
         return ((s1, l1 * s1, t1, l1 * t1), z2, z3, (s4, l4 * s4, t4, l4 * t4)), (l1, l2, l3, l4)
-
-    def at_state(self, state, v):
-        return pressure_rows(state, v, self.couplings(state[0], state[2]))
-
-    def cross(self, ql, qr, auxl, auxr):
-        return pressure_cross(ql, qr, auxl, auxr, self.g, self.gamma)
 
     def hyperbolic_discriminant(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
