@@ -70,9 +70,9 @@ class Control:
         return most if self.until is None else min(most, self.until.every - stepper.steps % self.until.every)
 
     def warn_of_limit(self, stepper: Stepper, end: float) -> None:
-        """Warn where the run, at its rate so far, reaches the limit of steps long before the time ``end``."""
+        """Warn where a run without limits of its own, at its rate so far, takes all steps long before the time ``end``."""
         problem, done = stepper.problem, stepper.t - stepper.problem.t_start
-        if self.until is not None or done <= 0.0:
+        if self.limits != Limits() or self.until is not None or done <= 0.0:
             return
         share = self.limits.steps / stepper.steps * done / (end - problem.t_start)
         if share < SHORT:

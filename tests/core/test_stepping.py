@@ -449,7 +449,7 @@ def test_the_line_of_progress_estimates_the_time_that_is_left(capsys, monkeypatc
 
 
 @pytest.mark.parametrize(("t_end", "limits", "until", "warns"), [
-    (1e9, None, None, True), (1e9, fv.Limits(steps=10**15), None, False), (1e9, None, fv.StopAtRest(1e-9), False), (0.5, None, None, False),
+    (1e9, None, None, True), (1e9, fv.Limits(steps=10**15), None, False), (1e9, fv.Limits(steps=1000), None, False), (1e9, None, fv.StopAtRest(1e-9), False), (0.5, None, None, False),
 ])
 def test_a_run_that_cannot_reach_its_end_within_its_steps_says_so_once(t_end, limits, until, warns, monkeypatch):
     monkeypatch.setattr(sys.modules["fvkit.run.solve"], "LOOK", 0.0)
