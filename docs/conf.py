@@ -50,7 +50,8 @@ default_role = "py:obj"
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.pointwise\.part\.Part|fvkit\.testing\.common\.\w+"),
-    ("py:class", r"fvkit\.problem\.open_ends\.(Given|Continued)"),
+    ("py:class", r"fvkit\.problem\.open_ends\.(Given|Continued)|fvkit\.run\.observers\.SeriesObserver"),
+    ("py:class", r"fvkit\.output\.results\.Results"),
     ("py:class", r"fvkit_granular\.models\.shallow_flow\.ShallowFlow"),
     # Modules without a page: named for those who read the code.
     ("py:obj", r"fvkit\.(backends|output|pointwise|problem|run|schemes|studies|sweeps|validation|files)\b.*"),

@@ -85,7 +85,7 @@ class Observer(ABC):
         return None
 
     def recall(self, problem: Problem, record: Mapping[str, np.ndarray]) -> None:
-        """Restore the result of `record`."""
+        """Restore a record, {name: array of floats}."""
         raise NotImplementedError(f"{type(self).__name__} defines `record`, so it must define `recall`")
 
 

@@ -19,7 +19,7 @@ ROUNDING = 1e-12
 
 @attrs.frozen
 class PressureCoupled(TwoMasses, ABC):
-    """Abstract model whose masses are coupled by pressure alone, as `TwoMasses` has it. Contract:
+    """Abstract model whose masses are coupled by pressure alone. Contract:
 
     ``flux``, ``push``, ``couplings`` and ``balanced_difference`` define the model; ``push`` is consistent with A^, the
     matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition and eigenvalues

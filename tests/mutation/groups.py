@@ -32,6 +32,7 @@ GROUPS: dict[str, dict[str, tuple[str, ...]]] = {
     "models": {
         "fvkit/pointwise/functions.py": _STEPPING,
         "fvkit_granular/models/two_phase.py": _MODELS,
+        "fvkit_granular/models/mixture.py": _MODELS,
         "fvkit_granular/models/two_masses.py": (*_MODELS, f"{GRANULAR}two_layer.py"),
         "fvkit_granular/models/wet_dry.py": _MODELS,
         "fvkit_granular/models/reduced.py": _MODELS,
