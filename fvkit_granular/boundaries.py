@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit import BoundaryCondition, Grid, Model, maximum, minimum, validation, where
-from fvkit.pointwise import combine
+from fvkit.pointwise import TINY, combine
 from fvkit.problem.grid import Axis, Side
 from fvkit.problem.open_ends import Continued, Given, beyond, slope_beyond
 from fvkit.problem.slopes import end_slope
@@ -227,15 +227,22 @@ class FixedLevel(Continued):
         surface = level + falling_share(model, q, slope) * slope * (distance - values[2])
         depth = maximum(surface - slope * distance, 0.0)
         ratio = depth / where(wet, h, 1.0)
-        # A river enters with the velocity of the first cell. Into a much shallower flow the lake discharges from rest, since its
-        # level is its total head.
-        enters = v * minimum(maximum(STILL * (h - LOWER * depth), 0.0), depth)
+        pull = gravity(model, slope)
         # Speed of inward waves; that of a hydraulic jump if the lake is deeper.
-        unfelt = wet & (out > np.sqrt(gravity(model, slope) * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
+        unfelt = wet & (out > np.sqrt(pull * h * maximum(1.0, 0.5 * ratio * (ratio + 1.0))))
         flow = beyond(self, model, q, values)
         has = model.depth(flow)
+        # The velocity beyond is that of the simple wave that leads to the level: else this would hold a cell farther out, and a
+        # tide would be late by the time of a wave over a cell.
+        alike = minimum(maximum(STILL * (minimum(depth, has) / (maximum(depth, has) + TINY) - LOWER), 0.0), 1.0)
+        rise = where(unfelt, 0.0, 2.0 * self.inward * alike * (np.sqrt(pull * depth) - np.sqrt(pull * has)))
+        # A river enters with the velocity of the first cell. Into a much shallower flow the lake discharges from rest, since its
+        # level is its total head.
+        enters = (v + rise) * minimum(maximum(STILL * (h - LOWER * depth), 0.0), depth)
         leaves, scale = wet & (out >= 0.0) & (has > 0.0), where(unfelt, 1.0, depth / where(has > 0.0, has, 1.0))
-        return tuple([where(leaves, scale * flow[k], depth * values[3 + k] + enters * values[3 + rows + k]) for k in range(rows)])
+        masses = {momentum: rows[-1] for rows, momentum in model.phases}
+        return tuple([where(leaves, scale * (flow[k] + (rise * flow[masses[k]] if k in masses else 0.0)),
+                            depth * values[3 + k] + enters * values[3 + rows + k]) for k in range(rows)])
 
 
 @attrs.frozen
