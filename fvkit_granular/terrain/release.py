@@ -240,7 +240,7 @@ def _depths(source: Any, terrain: Terrain) -> tuple[str, np.ndarray]:
         raise ValueError(f"{where}: thickness must be >= 0 m, and > 0 somewhere, got {values.min():g} to {values.max():g}")
     within = float(values.sum()) * terrain.grid.cell_volume
     if total - within > WHOLE * total:
-        raise ValueError(f"{where} must lie within the terrain, got {total - within:.6g} of its {total:.6g} m3 beyond it: give the "
-                         "terrain a larger `window`")
+        raise ValueError(f"{where} must lie within the terrain, got {total - within:.6g} of its {total:.6g} m3 beyond it: give "
+                         "the terrain a larger `window`")
     _check_known(values, terrain, where)
     return where, values
