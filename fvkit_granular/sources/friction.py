@@ -14,7 +14,7 @@ import numpy as np
 
 from fvkit import Source, maximum, minimum, where
 from fvkit.pointwise import combine
-from fvkit_granular.models.wet_dry import share, threshold, velocity
+from fvkit_granular.models.wet_dry import threshold, velocity, wetness
 
 #: Relative excess of static over dynamic friction, so that a flow that comes to rest at its angle stops in finite time.
 STICKING = 1e-6
@@ -183,15 +183,15 @@ class BasalFriction(Source):
         result, h, loads = list(after), maximum(model.depth(middle), threshold(model.dry)), model.basal_load(middle)
         for load, mass, (masses, momentum) in zip(loads, bearing, model.phases, strict=True):
             row = masses[-1]
-            free = velocity(after[row], after[momentum], model.dry)
+            inverse = 1.0 / maximum(after[row], threshold(model.dry))
+            free = after[momentum] * wetness(after[row], model.dry) * inverse
             start = where(before[row] > threshold(model.dry), velocity(before[row], before[momentum], model.dry), free)
-            # The force acts on the mass that bears the drive, the velocity is that of the end of the step.
-            time = dt * share(mass, after[row])
+            # The force acts on the mass that bears the drive, at a face all of it; the velocity is that of the end of the step.
+            time = dt if mass is after[row] else dt * mass * inverse
             static = time * self.bounded(model, load, h, 0.0)
             held = (before[momentum] == 0.0) & (np.abs(free) <= (1.0 + STICKING) * static)
             end = where(held, 0.0, self.moved(model, load, h, start, free - start, time))
-            moves = free != 0.0  # below ``dry`` a momentum is more than mass times velocity
-            result[momentum] = where(moves, after[momentum] * (end / where(moves, free, 1.0)), after[momentum] + after[row] * end)
+            result[momentum] = where(end == free, after[momentum], after[row] * end)
         return tuple(result)
 
     def rate(self, model, q, aux):

@@ -54,7 +54,7 @@ class CoulombFriction(BasalFriction):
         return self.nu * load
 
     def moved(self, model, load, h, v, change, dt):
-        return against_quadratic(v, change, self.nu * load, 0.0, dt)
+        return against_quadratic(v, change, self.nu * load, None, dt)
 
     def slowed(self, model, load, h, speed, dt):
         return maximum(speed - dt * self.bounded(model, load, h, speed), 0.0)
@@ -138,7 +138,7 @@ class Manning(BasalFriction):
         return self.strength(model, h) * (speed * speed)
 
     def moved(self, model, load, h, v, change, dt):
-        return against_quadratic(v, change, 0.0, self.strength(model, h), dt)
+        return against_quadratic(v, change, None, self.strength(model, h), dt)
 
     def slowed(self, model, load, h, speed, dt):
         return quadratic(speed, dt * self.strength(model, h))
@@ -162,22 +162,24 @@ def against_quadratic(v, change, static, a, dt):
         u' = u + (D - a dt u^2)/(r + a dt u),   r = sqrt(1 + a dt max(D, 0)):
 
     second order, exact for a = 0, for D = 0, where D = a dt u^2, and for dt -> infinity. Where u + D < 0 the motion stops, and
-    the rest of the step may push it back. Derived here.
+    the rest of the step may push it back, by B: u' = -B/sqrt(1 + a dt B). Derived here.
 
     Parameters
     ----------
     v, change : m/s, of any sign.
-    static : deceleration at rest, m/s^2.
-    a : 1/m, >= 0.
+    static : deceleration at rest, m/s^2; None where there is none.
+    a : 1/m, >= 0; None where there is none.
     dt : time >= 0, s.
     """
-    strong, held = minimum(a, STRONGEST) * dt, minimum(maximum(static, 0.0), STRONGEST) * dt
-    u = np.abs(v)
-    side = where(v == 0.0, np.sign(change), np.sign(v))
+    u, side = np.abs(v), where(v == 0.0, np.sign(change), np.sign(v))
+    held = 0.0 if static is None else minimum(maximum(static, 0.0), STRONGEST) * dt
     drive = side * change - held
-    root = np.sqrt(1.0 + strong * maximum(drive, 0.0))
-    onward = maximum(u + (drive - strong * u * u) / (root + strong * u), 0.0)
-    turned = u + drive < 0.0
-    left = 1.0 - u / where(turned, -drive, 1.0)
-    back = maximum(-side * change - held, 0.0) * left
-    return side * where(turned, -back / np.sqrt(1.0 + strong * left * back), onward)
+    stopped = u + drive
+    turned = stopped < 0.0
+    back = stopped if static is None else -maximum(-side * change - held, 0.0) * (1.0 + u / where(turned, drive, -1.0))
+    if a is None:
+        return side * where(turned, back, stopped)
+    strong = minimum(a, STRONGEST) * dt
+    root = np.sqrt(1.0 + strong * where(turned, -back, maximum(drive, 0.0)))
+    gain = where(turned, back, drive - strong * u * u) / (root + where(turned, 0.0, strong * u))
+    return side * where(turned, gain, maximum(u + gain, 0.0))

@@ -5,12 +5,13 @@ neighbours of different depth would get more, or less, than they pay, and a flow
 So a flow in balance has no waves, and what is held at rest feels nothing. Derived here.
 """
 
-from functools import reduce
+from functools import partial, reduce
+from operator import truediv
 from typing import Any
 
 import numpy as np
 
-from fvkit.pointwise import TINY, combine, maximum, minimum, subtract, where
+from fvkit.pointwise import TINY, combine, maximum, minimum, rarely, subtract, where
 from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.problem.sources import acted
 from fvkit.schemes.scheme import NEW, PULLS, Read, Stage
@@ -25,6 +26,9 @@ BORNE = 1e-8
 
 #: Least mass that takes the push of a cell, relative to its own: a film that leaves deep flow would else feel no source.
 PAYING = 0.25
+
+#: Added to the factors of a denominator: far below any depth or speed, and their products stay numbers.
+SMALL = 1e-100
 
 #: dt/dx at which the limit dt -> 0 is taken, s/m.
 SHORT = 1e-9
@@ -72,14 +76,15 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     for k, (masses, momentum) in enumerate(phases):
         row, still = masses[-1], before[momentum] == 0.0
         still = still & (around[k][0] == 0.0) if around else still
-        push, left = (before[momentum] - after[momentum]) / ratio, (before[momentum] - end[momentum]) / ratio
+        push = whole[momentum] - speeds[k] * whole[row]
         # A source may stop or drive what moves, and is felt at a point: the sound of the face carries no more of it than this.
         most = maximum(carries * before[row], np.abs(push))
-        left = minimum(maximum(left, -most), most)
-        even = 0.0 if limit else minimum(1.0, EVEN * minimum(ql[row], qr[row]) / (maximum(ql[row], qr[row]) + TINY))
+        left = minimum(maximum(push + (after[momentum] - end[momentum]) * (1.0 / ratio), -most), most)
+        less, more = EVEN * minimum(ql[row], qr[row]), maximum(ql[row], qr[row])
         # A flow that a source stops must feel its push first: a slope would else come to rest below its angle.
-        lasting = minimum(1.0, 2.0 * np.abs(end[momentum]) / (np.abs(before[momentum]) + TINY)) if stops else 1.0
-        kept = whole[momentum] + where(still, 1.0, even * lasting) * (left - push)
+        lasting, was = (2.0 * np.abs(end[momentum]), np.abs(before[momentum]) + SMALL) if stops else (1.0, 1.0)
+        share = minimum(less, more) * minimum(lasting, was) / (more * was + TINY)
+        kept = whole[momentum] + where(still, 1.0, 0.0 if limit else share) * (left - push)
         result[momentum] = where(still & (end[momentum] == 0.0), 0.0, kept)
     return whole, tuple(result), bearing
 
@@ -164,11 +169,11 @@ def on_face(model, ql, qr, auxl, auxr):
     for masses, momentum in model.phases:
         row = masses[-1]
         beyond = maximum(lift[row] - ql[row], 0.0) + maximum(-lift[row] - qr[row], 0.0)
-        raised = beyond / (np.abs(lift[row]) + TINY)
+        raised = rarely(beyond > 0.0, partial(truediv, beyond, np.abs(lift[row]) + TINY), 0.0)
         for k in masses:
             result[k] = result[k] + raised * (where(lift[row] > 0.0, qr[k], ql[k]) - result[k])
-        rootl, rootr = np.sqrt(ql[row]), np.sqrt(qr[row])
-        v = (fluxl[row] / (rootl + TINY) + fluxr[row] / (rootr + TINY)) / (rootl + rootr + TINY)
+        rootl, rootr = np.sqrt(ql[row]) + SMALL, np.sqrt(qr[row]) + SMALL
+        v = (fluxl[row] * rootr + fluxr[row] * rootl) / (rootl * rootr * (rootl + rootr) + TINY)
         speeds.append(v)
         result[momentum] = result[row] * v
     return tuple(result), speeds
