@@ -9,7 +9,9 @@ import fvkit_granular as gr
 
 def settled(scheme, steps=24_000):
     """Return the change of the depth in the last step, m, and the largest error of the discharge, m2/s."""
-    bump = lambda x: np.where(abs(x - 10.0) < 2.0, 0.2 - 0.05 * (x - 10.0) ** 2, 0.0)
+    def bump(x):
+        return np.where(abs(x - 10.0) < 2.0, 0.2 - 0.05 * (x - 10.0) ** 2, 0.0)
+
     ends = gr.Hydrograph((0.0,), (4.42,), (0.0,)), gr.FixedLevel(2.0)
     problem = fv.Problem(gr.ShallowWater(), fv.Grid(0.0, 25.0, 200), lambda x: [2.0 - bump(x), 4.42 + 0.0 * x], 400.0,
                          aux={"b": bump}, boundary=ends)
