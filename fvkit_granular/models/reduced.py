@@ -206,4 +206,5 @@ class Reduced(ShallowFlow):
         """Return h, phi, v and the surface h + b."""
         h, mass, m = q
         phi = np.where(h > 0.0, (ratio(mass, h) - self.gamma) / (1.0 - self.gamma), 0.0)
+        phi = np.where(h > (self.dry or 0.0), phi, np.clip(phi, 0.0, 1.0))  # the last bits of neighbours may be all of a film
         return {"h": h, "phi": phi, "v": ratio(m, mass), "surface": h + bottom(aux, h)}

@@ -110,8 +110,7 @@ def compare_outline(values: Any, observed: Any, terrain: Terrain, above: float =
 def _observed(observed: Any, terrain: Terrain) -> tuple[np.ndarray, float]:
     """Return the share of each cell that was observed, (ny, nx), and the whole observed area, m^2."""
     if not is_vector(observed):
-        covered = (np.nan_to_num(cells_of(observed, terrain, "observed", tuple(READERS))[1]) > 0.0).astype(float)
-        return covered, float(covered.sum() * terrain.grid.cell_volume)
+        return cells_of(observed, terrain, "observed", tuple(READERS), lambda seen: np.where(seen > 0.0, 1.0, 0.0))[1:]
     covered, total = np.zeros(terrain.grid.shape), 0.0
     for feature, share in separate(read_features(observed, terrain), terrain):
         covered += share

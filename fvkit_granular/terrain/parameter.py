@@ -20,8 +20,8 @@ def read_parameter(source: Any, terrain: Terrain, attribute: str | None = None, 
 
     Parameters
     ----------
-    source : a raster on the grid of the terrain (``.asc``, ``.txt``, ``.tif``), an array (ny, nx), or polygons as for
-        `read_release`.
+    source : a raster on the grid of the terrain or of its file (``.asc``, ``.txt``, ``.tif``), an array (ny, nx), or polygons
+        as for `read_release`.
     terrain : where it lies.
     attribute : name of the attribute of the polygons, in any case; for polygons alone.
     elsewhere : value where the raster has no data, or beyond the polygons; None where there is none such but cells in which the
@@ -58,7 +58,7 @@ def read_parameter(source: Any, terrain: Terrain, attribute: str | None = None, 
     elif attribute is not None:
         raise ValueError(f"`attribute` is for polygons, got {attribute!r} with a raster: leave it out")
     else:
-        where, values = cells_of(source, ground, "source", tuple(READERS))
+        where, values, _ = cells_of(source, ground, "source", tuple(READERS))
         values, known = np.nan_to_num(values), np.where(np.isnan(values), 0.0, 1.0)
     lost = (known < 1.0) & ~ground.missing
     if other is None and lost.any():

@@ -29,17 +29,22 @@ def read_raster(path: Any, name: str = "path", besides: tuple[str, ...] = ()) ->
     return raster
 
 
-def cells_of(source: Any, terrain: Terrain, name: str, besides: tuple[str, ...] = ()) -> tuple[str, np.ndarray]:
-    """Return what messages call a raster or an array, and its values on the cells of a terrain, (ny, nx), NaN for no data.
+def cells_of(source: Any, terrain: Terrain, name: str, besides: tuple[str, ...] = (),
+             of: Callable[[np.ndarray], np.ndarray] = np.asarray) -> tuple[str, np.ndarray, float]:
+    """Return what messages call a raster or an array, its values on the cells of a terrain, NaN for no data, and their integral.
 
-    ValueError where grid or CRS of a raster are not those of the terrain; ``besides`` are other endings that would do.
+    ``of`` are the values that are wanted, of those of the file, before averages are taken over larger cells. The integral is over
+    all of the raster, no data is 0. ValueError where grid or CRS of a raster are not those of the terrain, see
+    `Terrain.averages`; ``besides`` are other endings that would do.
     """
     if not isinstance(source, (str, bytes, PathLike)):
-        return "the array", validation.array(source, name, terrain.grid.shape)
+        values = of(validation.array(source, name, terrain.grid.shape))
+        return "the array", values, float(np.nansum(values)) * terrain.grid.cell_volume
     raster = read_raster(source, name, besides)
     systems.check_same(raster.crs, terrain.crs, raster.path)
-    terrain.check_on_grid(raster.grid, raster.path)
-    return str(raster.path), raster.values
+    values = of(raster.values)
+    total = float(np.nansum(values)) * raster.grid.cell_volume
+    return str(raster.path), terrain.averages(values, raster.grid, raster.path), total
 
 
 def read_terrain(path: Any, window: Any = None, cell: float | None = None) -> Terrain:

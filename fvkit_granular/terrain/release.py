@@ -20,6 +20,9 @@ THICKEST = 150.0
 #: Attributes of features, in any case: thickness, m, and solid fraction.
 THICKNESS, SOLID = ("thickness", "d0", "h"), ("solid_fraction", "phi")
 
+#: Share of the volume of a raster that may seem to lie beyond a terrain by rounding.
+WHOLE = 1e-6
+
 MEASURED = ("vertical", "normal")
 
 
@@ -99,8 +102,8 @@ def read_release(source: Any, terrain: Terrain, thickness: float | None = None, 
     Parameters
     ----------
     source : a path: GeoJSON (``.geojson``, ``.json``), a shapefile (``.shp``, extra ``geo``), or a raster of thickness on the
-        grid of the terrain (``.asc``, ``.txt``, ``.tif``), where no data means nothing; or GeoJSON as a mapping; or an array
-        (ny, nx) of thickness, m. Polygons may have holes and many parts.
+        grid of the terrain or of its file (``.asc``, ``.txt``, ``.tif``), where no data means nothing; or GeoJSON as a mapping;
+        or an array (ny, nx) of thickness, m. Polygons may have holes and many parts.
     terrain : where it lies.
     thickness : m, > 0, of every polygon; None for their attributes ``thickness``, ``d0`` or ``h``, in any case.
     solid_fraction : in [0, 1], of all; None for the attributes ``solid_fraction`` or ``phi``, or none.
@@ -232,9 +235,12 @@ def _check_known(covered: np.ndarray, terrain: Terrain, where: str) -> None:
 
 def _depths(source: Any, terrain: Terrain) -> tuple[str, np.ndarray]:
     """Return what messages call a raster or an array of thickness, and its values (ny, nx), 0 where there is none."""
-    where, cells = cells_of(source, terrain, "source", tuple(features.READERS))
-    values = np.nan_to_num(cells)
+    where, values, total = cells_of(source, terrain, "source", tuple(features.READERS), np.nan_to_num)
     if (values < 0.0).any() or not values.any():
         raise ValueError(f"{where}: thickness must be >= 0 m, and > 0 somewhere, got {values.min():g} to {values.max():g}")
+    within = float(values.sum()) * terrain.grid.cell_volume
+    if total - within > WHOLE * total:
+        raise ValueError(f"{where} must lie within the terrain, got {total - within:.6g} of its {total:.6g} m3 beyond it: give "
+                         "the terrain a larger `window`, or no release there")
     _check_known(values, terrain, where)
     return where, values

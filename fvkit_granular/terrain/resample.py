@@ -35,6 +35,13 @@ def coarse_averages(values: np.ndarray, fine: Grid, coarse: Grid) -> np.ndarray:
     return np.where(weight >= KNOWN * coarse.cell_volume, total / np.maximum(weight, 1e-300), np.nan)
 
 
+def divides(fine: Axis, coarse: Axis, tolerance: float) -> bool:
+    """Return whether an axis comes from another one by a window, and by larger cells from an edge of it on."""
+    start = (coarse.lower - fine.lower) / fine.dx
+    within = start > -tolerance and coarse.upper < fine.upper + tolerance * fine.dx
+    return within and abs(start - round(start)) < tolerance and fine.dx < (1.0 + tolerance) * coarse.dx
+
+
 def overlaps(fine: Axis, coarse: Axis) -> Any:
     """Return the lengths that cells of two axes share, m, as a sparse array (coarse cells, fine cells)."""
     from scipy import sparse

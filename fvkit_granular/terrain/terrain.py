@@ -203,8 +203,16 @@ class Terrain:
             for what, mine, given in (("number of cells", own.num_cells, other.num_cells), ("lower edge", own.lower, other.lower),
                                       ("upper edge", own.upper, other.upper)):
                 if abs(mine - given) > SAME * own.dx:
-                    raise ValueError(f"{where} must be on the grid of the terrain, got the {what} in {letter} {given:.10g} "
-                                     f"instead of {mine:.10g}: resample it, with `gdalwarp -te -ts` for example")
+                    raise ValueError(f"{where} must be on the grid of the terrain, or on that of the file from which `window` "
+                                     f"and `cell` made it, got the {what} in {letter} {given:.10g} instead of {mine:.10g}: "
+                                     "resample it, with `gdalwarp -te -ts` for example")
+
+    def averages(self, values: np.ndarray, grid: Grid, where: object) -> np.ndarray:
+        """Return values on the terrain's grid, or on one of which `window` and `coarser` make it, as averages over its cells."""
+        if grid != self.grid and all(resample.divides(*pair, SAME) for pair in zip(grid.axes, self.grid.axes, strict=True)):
+            return resample.coarse_averages(values, grid, self.grid)
+        self.check_on_grid(grid, where)
+        return values
 
     def describe(self) -> str:
         """Return a summary in lines: size, place and CRS, elevations, cells without data, slopes, depressions."""

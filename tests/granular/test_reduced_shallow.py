@@ -198,6 +198,13 @@ def test_the_velocity_of_an_absent_phase_is_ignored_even_where_it_is_no_number(m
     assert not model.conserved_from(0.0, 0.5, np.nan, np.nan).any()
 
 
+def test_films_of_rounding_size_keep_a_solid_fraction_within_its_bounds():
+    model = gr.Reduced(gamma=0.4, dry=1e-8)
+    phi = model.observables(np.array([[1e-20, 1e-20, 1.0], [0.0, 1.1e-20, 0.0], [0.0, 0.0, 0.0]]))["phi"]
+    assert phi[:2].tolist() == [0.0, 1.0]
+    assert phi[2] < 0.0  # a wrong state of a flow shows
+
+
 @pytest.mark.parametrize("model", GRANULAR, ids=name_of)
 def test_observables_of_states_and_of_a_solution_contain_the_surface(model):
     bottom = np.array([0.1, 0.2, 0.3])

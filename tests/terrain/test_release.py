@@ -160,13 +160,34 @@ def test_nothing_is_released_where_there_is_no_data():
         gr.read_release(np.ones((6, 8)), terrain)
 
 
-@pytest.mark.parametrize(("other", "words"), [(dict(nx=9), "must be on the grid of the terrain, got the number of cells in x 9 instead of 8"), (dict(corner=(1001.0, 2000.0)), ".*lower edge in x 1001 instead of 1000"),
+@pytest.mark.parametrize(("other", "words"), [(dict(nx=7), "must be on the grid of the terrain, or on that of the file .*, got the number of cells in x 7 instead of 8"), (dict(nx=9), "must lie within the terrain, got 150 of its 1350 m3 beyond it"), (dict(corner=(1001.0, 2000.0)), ".*lower edge in x 1001 instead of 1000"),
                                               (dict(cell=4.0), ".*upper edge in x 1032 instead of 1040"), (dict(crs="EPSG:32633"), "must have the CRS of the terrain")])
 def test_a_raster_of_another_grid_says_where_it_differs(tmp_path, other, words):
     there = ramp(**other)
     path = gr.write_raster(tmp_path / "thickness.asc", np.ones(there.grid.shape), there)
     with pytest.raises(ValueError, match=rf"thickness\.asc {words}"):
         gr.read_release(path, ramp(crs=LAMBERT))
+
+
+@pytest.mark.parametrize("cell", [None, 10.0, 12.0])
+@pytest.mark.parametrize("window", [((1000.0, 2000.0), (1060.0, 2050.0)), ((1010.0, 2000.0), (1060.0, 2040.0))])
+def test_rasters_on_the_grid_of_the_file_go_through_the_window_and_cell_of_the_terrain(tmp_path, window, cell):
+    fine = ramp(nx=12, ny=10, missing=[(0, 0)])
+    rng = np.random.default_rng(1)
+    h, nu, seen = rng.uniform(0.0, 2.0, (10, 12)), rng.uniform(0.1, 0.5, (10, 12)), rng.integers(0, 2, (10, 12)).astype(float)
+    h[:, :4] = h[7:] = h[:, 9:] = 0.0
+    h[:2] = np.nan
+    paths = [gr.write_raster(tmp_path / f"{name}.asc", values, fine) for name, values in (("h", h), ("nu", nu), ("seen", seen))]
+    terrain = gr.read_terrain(gr.write_raster(tmp_path / "dem.asc", fine.bottom, fine), window, cell)
+    assert terrain.grid != fine.grid or (cell is None and window[0][0] == 1000.0)
+    release = gr.read_release(paths[0], terrain)
+    assert release.volume == pytest.approx(np.nansum(h) * 25.0, rel=1e-13)
+    assert release.parts[0].volume == pytest.approx(release.volume, rel=1e-13)
+    friction = gr.Terrain(fine.grid, np.where(fine.missing, np.nan, nu)).window(*window)
+    friction = friction if cell is None else friction.coarser(cell)
+    assert gr.read_parameter(paths[1], terrain, elsewhere=0.3) == pytest.approx(np.where(terrain.missing, 0.3, friction.bottom), rel=1e-13)
+    score = gr.compare_outline(np.ones(terrain.grid.shape), paths[2], terrain)
+    assert score.hits + score.beyond == pytest.approx((seen * ~fine.missing).sum() * 25.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"type": "FeatureCollection", "features": [', "[" * 100_000, "3", "null"])
