@@ -251,6 +251,6 @@ def _depths(source: Any, terrain: Terrain) -> tuple[str, np.ndarray]:
     within = float(values.sum()) * terrain.grid.cell_volume
     if total - within > WHOLE * total:
         raise ValueError(f"{where} must lie within the terrain, got {total - within:.6g} of its {total:.6g} m3 beyond it: give "
-                         "the terrain a larger `window`")
+                         "the terrain a larger `window`, or no release there")
     _check_known(values, terrain, where)
     return where, values

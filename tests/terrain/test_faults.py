@@ -39,7 +39,8 @@ FAULTS = {
     "raster of release that is negative": ("raster", dict(values=-1.0), ">= 0 m"),
     "raster of release truncated": ("raster", dict(keep=0.6), "numbers are needed|damaged"),
     "raster of release in another CRS": ("raster", dict(crs=UTM), "must have the CRS of the terrain"),
-    "raster of release on another grid": ("raster", dict(nx=9), "number of cells in x 9"),
+    "raster of release on another grid": ("raster", dict(nx=7), "number of cells in x 7"),
+    "raster of release beyond the terrain": ("raster", dict(nx=9), "got 125 of its 1325 m3 beyond it"),
 }
 
 
