@@ -232,6 +232,6 @@ def test_mistakes_are_one_line(arguments, words, capsys):
     assert len(error.strip().splitlines()) == 1
 
 
-@pytest.mark.parametrize("name", ["riemann", "debris-slope", "sample-torrent"])
+@pytest.mark.parametrize("name", ["riemann", "debris-slope", "column-collapse"])
 def test_printed_advice_keeps_to_100_columns(name):
     assert max(map(len, str(gr.advise(gr.scene(name))).splitlines())) <= 100
