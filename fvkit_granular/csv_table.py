@@ -81,7 +81,8 @@ class Columns(NamedTuple):
             validation.choice(name, f"column of {self.path}", self.values)
         known = UNITS[measures]
         if self.units[name] not in known:
-            raise ValueError(f"{self.path}: column `{name}` must be a {measures} in one of {', '.join(known)}; got "
+            raise ValueError(f"{self.path}: column `{name}` must be a {measures} in "
+                             f"{'one of ' * (len(known) > 1)}{', '.join(known)}; got "
                              f"{name} [{self.units[name]}]")
         return self.values[name] * known[self.units[name]]
 

@@ -8,7 +8,7 @@ import pytest
 import fvkit
 import fvkit.testing
 import fvkit_granular
-from fvkit.cli import build_parser
+from fvkit.cli import build_parser, main
 from fvkit.problem import questions
 from tests.pages import code_blocks
 
@@ -73,6 +73,28 @@ def test_the_snippets_about_channels_run(capsys, tmp_path, monkeypatch):
     assert 0.0 < float(arrived.split()[5]) < 90.0
     assert (tmp_path / "profile.pdf").read_bytes().startswith(b"%PDF")
     assert deposit.startswith("STOPPED at ")
+
+
+@pytest.mark.filterwarnings("ignore:characteristic speeds are complex")  # films of grains that outrun their water
+def test_the_channel_of_the_page_runs(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = code_blocks(TOP / "docs" / "channels.md", "toml")
+    Path("channel.toml").write_text(block)
+    Path("torrent.csv").write_text("distance [km], elevation [m]\n0, 40\n0.4, 0\n")
+    Path("flood.csv").write_text("t [min], discharge [m2/s], phi [-]\n0, 0, 0.5\n0.5, 4, 0.5\n1, 0, 0.5\n")
+    assert main(["run", "channel.toml", "--cells", "40", "--plot", "profile", "space-time", "--format", "pdf"]) == 0
+    said = capsys.readouterr().out
+    assert "in through the left: hs 60, hf 60 m2" in said  # the integral of the table
+    assert {"profile.pdf", "space-time.pdf", "gauges.csv", "line-outlet.csv", "front.csv", "maxima.csv"} <= {
+        path.name for path in next(tmp_path.glob("fvkit-run-*")).iterdir()}
+
+
+def test_the_snippet_about_work_and_precision_runs(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = code_blocks(TOP / "docs" / "work_precision.md", "python")
+    exec(block, {"__name__": "snippets"})
+    assert "reference exact" in capsys.readouterr().out
+    assert (tmp_path / "surges" / "report.csv").exists()
 
 
 def test_the_snippet_about_moving_equilibria_runs():

@@ -8,8 +8,7 @@ import pytest
 from tests.pages import code_blocks
 
 FOLDER = Path(__file__).parent.parent / "docs" / "tutorials"
-TUTORIALS = ("first_run", "first_model", "own_riemann_solver", "own_drag_law", "work_precision_figure", "three_models", "two_layer_model",
-             "dam_break_island")
+TUTORIALS = ("first_run", "first_model", "own_riemann_solver", "own_drag_law", "three_models", "two_layer_model", "dam_break_island")
 KERNEL = """---
 jupytext:
   text_representation:

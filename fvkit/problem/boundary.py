@@ -176,7 +176,8 @@ def _warn_of_cliff(name: str, values: np.ndarray, drop: float) -> None:
         fall = values[0] - values[-1] - 0.5 * (steps[0] + steps[-1])
         warnings.warn(f"Periodic: `{name}` has a cliff of {abs(seam):.6g} at the seam, from {values[-1]:.6g} in the last cell to "
                       f"{values[0] - drop:.6g} in the first, where cells next to it differ by {around:.3g} at most. A slope that "
-                      f"goes on for ever is fv.Periodic(drop={{{name!r}: {fall:.6g}}}); drop=0.0 says the cliff is meant",
+                      f"goes on for ever has that fall as `drop`: fv.Periodic(drop={{{name!r}: {fall:.6g}}}), in a scene file "
+                      f"drop = {fall:.6g}; 0 says the cliff is meant",
                       UserWarning, stacklevel=validation.users_line())
 
 

@@ -162,7 +162,7 @@ class Grid:
         if given.shape[1:] != (len(self.axes),)[:len(self.axes) - 1]:
             wanted = "numbers x, for a grid with one axis" if len(self.axes) == 1 else "pairs (x, y), for a grid with two axes"
             raise ValueError(f"{name} must be a list of {wanted}, got an array of shape {given.shape}")
-        columns = given.reshape(len(given), -1).T
+        columns = given.reshape(len(given), len(self.axes)).T
         for axis, values in zip(self.axes, columns, strict=True):
             outside = values[(values < axis.lower) | (values > axis.upper)]
             if len(outside):

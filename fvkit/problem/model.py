@@ -42,9 +42,9 @@ class Model(Part, ABC):
     3. States are tuples of components, scalars or arrays; so are results. Methods are pointwise and branch-free:
        arithmetic, ``np.sqrt`` and its like, ``fv.where/maximum/minimum``, in ordinary Python; ``self`` gives float fields,
        methods and constants of the class.
-    4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their
-       momentum, the mass that carries it last. Walls, positivity, treatment of dry faces, conservation statistics, drag
-       and friction are derived from it. () for a general law.
+    4. ``phases`` lists, for each phase, the rows of q that are masses (never negative) and the row of their momentum. The
+       last of several masses times the velocity is the momentum. Walls, positivity, treatment of dry faces, conservation
+       statistics, drag and friction are derived from it. () for a general law.
     5. A face between states ql and qr, with aux values auxl and auxr, is described by ``jump``, the total
        fluctuation f(qr) - f(ql) + nonconservative products - source at the face. It must vanish at rest.
     6. Signs: dq/dt = -jump/dx, and left to right is the positive direction.
@@ -274,17 +274,17 @@ class Model(Part, ABC):
         return np.full(q.shape[1], np.inf)
 
     def wall_signs(self) -> tuple[float, ...]:
-        """Return the factor of each component under reflection at a wall: -1 for momenta.
+        """Return the factor of each component under reflection at a wall: -1 for momenta and the first row of a vector.
 
         Raises
         ------
         ValueError
-            If the model has no ``phases`` and does not override this.
+            If the model has neither ``phases`` nor ``vectors`` and does not override this.
         """
-        if not self.phases:
-            raise ValueError(f"Wall needs to know what {type(self).__name__} reflects: define `phases`, "
+        if not self.phases and not self.vectors:
+            raise ValueError(f"Wall needs to know what {type(self).__name__} reflects: define `phases`, `vectors`, "
                              "or `wall_signs()` with one factor +1 or -1 per component")
-        momenta = {momentum for _, momentum in self.phases}
+        momenta = {momentum for _, momentum in self.phases} | {rows[0] for rows in self.vectors}
         return tuple(-1.0 if row in momenta else 1.0 for row in range(len(self.conserved)))
 
     @classmethod

@@ -116,6 +116,3 @@ class Acoustics(Model):
         left = 0.5 * (second - first / impedance)
         right = second - left
         return ((-impedance * left, left), (impedance * right, right)), (-c, c)
-
-    def wall_signs(self):
-        return 1.0, -1.0

@@ -17,7 +17,8 @@ def polyline(value: Any, name: str = "line") -> np.ndarray:
     """Return a polyline, (k, 2), of at least two points."""
     points = validation.array(value, name)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
-        raise ValueError(f"`{name}` must be a list of at least two points (x, y), got {validation.shown(value)}")
+        raise ValueError(f"`{name}` must be a list of at least two points (x, y)"
+                         f"{', with one axis a place x' * (name == 'line')}, got {validation.shown(value)}")
     if (np.hypot(*np.diff(points, axis=0).T) == 0.0).any():
         raise ValueError(f"`{name}` must not have the same point twice in a row, got one that has")
     return points

@@ -12,9 +12,9 @@ import numpy as np
 WIDTH = 100
 
 
-def filled(text: str) -> str:
-    """Return a paragraph broken into lines of at most `WIDTH` columns."""
-    return textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)
+def filled(text: str, indent: str = "") -> str:
+    """Return a paragraph broken into lines of at most `WIDTH` columns, those after the first behind ``indent``."""
+    return textwrap.fill(text, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
 def table(lines: Sequence[Sequence[str]], left: int = 2) -> str:

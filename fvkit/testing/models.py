@@ -62,7 +62,8 @@ class ModelConformance(OnModel):
         return tuple(self.drawn(seed)), tuple(self.drawn(seed + 1)), left, right
 
     def waves(self, cells: int, amplitude: float, boundary: Any = None) -> Problem:
-        """A smooth periodic problem near one state, run for half the time a wave needs to cross it."""
+        """A smooth periodic problem near one state, run for half the time a wave needs to cross it, and at most half of that in
+        which it may steepen to a shock."""
         base = self.drawn(7, 1)
         size = np.abs(base) + 0.1 * np.abs(base).max()
         given = self.given(7, 1)
@@ -73,7 +74,10 @@ class ModelConformance(OnModel):
             shape = np.array([np.sin(2.0 * np.pi * (x + 0.1 * row)) for row in range(len(base))])
             return base + amplitude * size * shape
 
-        return Problem(self.model, Grid(0.0, 1.0, cells), initial, 0.5 / speed, aux, boundary or Periodic())
+        x = np.linspace(0.0, 1.0, 401)
+        bounds = answers.wave_speeds(self.parts, tuple(initial(x)), tuple(aux[name](x) for name in self.model.aux))
+        steepening = max(float(-np.diff(np.broadcast_to(bound, x.shape)).min()) for bound in bounds) / x[1]
+        return Problem(self.model, Grid(0.0, 1.0, cells), initial, 0.5 / max(speed, steepening), aux, boundary or Periodic())
 
     # ------------------------------------------------------------------ checks
 

@@ -165,6 +165,9 @@ def _told(title: str, solution: Solution, slope: float, summary: str, reference:
              + f"; non-hyperbolic faces: {stats.nonhyperbolic_faces}"
              + (f", {stats.nonhyperbolic_films} of them where h < 0.05 m, largest depth {stats.deepest_nonhyperbolic:.3g} m"
                 if stats.nonhyperbolic_faces else "")]
+    if len(grid.axes) == 1:
+        lines += [f"in through the {side}: " + ", ".join(f"{mass} {volume:.6g}" for mass, volume in masses.items()) + " m2"
+                  for side, masses in stats.entered.items() if any(masses.values())]
     if slope > 0.0:
         wrong = is_steep(slope) and not steep_equations(solution.model)
         lines.append(f"{'caution: ' if wrong else ''}{said_of(slope, solution.model)}")

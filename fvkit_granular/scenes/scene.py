@@ -272,7 +272,7 @@ class Scene:
                              "another model, or bottom=0.0")
         if self.terrain is not None and grid != self.terrain.grid:
             raise ValueError(f"`cells` must be those of the terrain, {self.terrain.grid.described}, got {grid.described}: read "
-                             "it with another `cell`, gr.read_terrain(path, cell=10.0)")
+                             "it with larger cells, `cell = 20.0` of [terrain] or gr.read_terrain(path, cell=20.0)")
         result = self._problem(chosen, grid)
         self._refuse_gaps(grid)
         return result

@@ -8,7 +8,7 @@ import numpy as np
 
 from fvkit import Outflow, Periodic, Problem, Wall, validation
 from fvkit.run.progress import duration
-from fvkit.studies.tables import preformatted
+from fvkit.studies.tables import filled, preformatted
 from fvkit_granular.models.slope import SteepSlopeWarning, is_steep, sentence, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
@@ -82,7 +82,7 @@ class Advice:
                  f"  estimated grid error {self.grid_error:.1e} ({'with jumps' if self.jumps else 'smooth'})"]
         if self.slope > 0.0 and not any("steepest slope" in warning for warning in self.warnings):
             lines.append(f"  {sentence(self.slope)}")
-        return "\n".join(lines + [f"  caution: {warning}" for warning in self.warnings])
+        return "\n".join(filled(line, "    ") for line in (*lines, *(f"  caution: {warning}" for warning in self.warnings)))
 
     def __str__(self) -> str:
         return self.text()

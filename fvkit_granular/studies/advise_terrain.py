@@ -14,6 +14,7 @@ import numpy as np
 from fvkit import Problem
 from fvkit.problem.fields import averages
 from fvkit.run.progress import duration
+from fvkit.studies.tables import filled
 from fvkit_granular.models.slope import said_of, within_reach
 from fvkit_granular.models.two_phase import TwoPhase
 from fvkit_granular.scenes.scene import Scene
@@ -119,7 +120,7 @@ class TerrainAdvice:
                   f"{moved:.2g} m (root mean square)" for factor, (cells, moved, time) in self.grounds.items() if factor > 1]
         lines.append("  no grid error is predicted: the rule for it was never validated on a terrain. Where the ground moves by "
                      "much less than the flow is deep, run with the coarser cells too: what changes is the error of the grid")
-        return "\n".join(lines)
+        return "\n".join(filled(line, "    ") for line in lines)
 
     def __str__(self) -> str:
         return self.text()

@@ -217,13 +217,23 @@ def check_inside(feature: Feature, terrain: Terrain) -> None:
     if not outside:
         return
     hint = ""
-    if (np.abs(points) <= [180.0, 90.0]).all():
+    if _within(1000.0 * low, 1000.0 * high, terrain):
+        hint = "; these look like kilometres: all lengths are in m"
+    elif _within(0.001 * low, 0.001 * high, terrain):
+        hint = "; the terrain looks like kilometres: all lengths are in m"
+    elif (np.abs(points) <= [180.0, 90.0]).all():
         hint = "; these look like degrees: reproject it"
-    elif x.lower <= low[1] and high[1] <= x.upper and y.lower <= low[0] and high[0] <= y.upper:
+    elif _within(low[::-1], high[::-1], terrain):
         hint = "; with x and y exchanged it would lie within"
     raise ValueError(f"{feature.where} must lie within the terrain, x {x.lower:.10g} to {x.upper:.10g} m, y {y.lower:.10g} to "
                      f"{y.upper:.10g} m, got x {low[0]:.10g} to {high[0]:.10g}, y {low[1]:.10g} to {high[1]:.10g}: it reaches "
                      f"{', '.join(outside)} of it, in the terrain's CRS ({systems.named(terrain.crs)}){hint}")
+
+
+def _within(low: np.ndarray, high: np.ndarray, terrain: Terrain) -> bool:
+    """Whether a box lies within a terrain."""
+    x, y = terrain.grid.axes
+    return bool((low >= [x.lower, y.lower]).all() and (high <= [x.upper, y.upper]).all())
 
 
 def _check_known(covered: np.ndarray, terrain: Terrain, where: str) -> None:

@@ -129,7 +129,8 @@ def test_a_wall_for_a_model_that_does_not_say_what_it_reflects_is_refused():
         fv.Problem(Traffic(), fv.Grid(0.0, 1.0, 10), np.ones((1, 10)), 1.0, boundary=fv.Wall())
 
 
-def test_walls_reflect_the_momenta_that_the_phases_name():
+def test_walls_reflect_the_momenta_that_the_phases_or_vectors_name():
+    assert fv.Acoustics().wall_signs() == (1.0, -1.0)
     assert gr.TwoPhase().wall_signs() == (1.0, -1.0, 1.0, -1.0)
     assert gr.Reduced().wall_signs() == (1.0, 1.0, -1.0)
     assert gr.ShallowWater().wall_signs() == (1.0, -1.0)

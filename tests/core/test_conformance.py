@@ -46,6 +46,29 @@ class TestIsothermalGas(ModelConformance):
         return np.stack([rng.uniform(0.5, 2.0, count), rng.uniform(-0.5, 0.5, count)])
 
 
+@attrs.frozen
+class AwRascleZhang(fv.Model):
+    """Traffic whose waves steepen to shocks well before they have crossed the interval."""
+
+    conserved = ("rho", "y")
+
+    def flux(self, q):
+        v = q[1] / q[0] - q[0] * q[0]
+        return q[0] * v, q[1] * v
+
+    def wave_speeds(self, q):
+        v = q[1] / q[0] - q[0] * q[0]
+        return v - 2.0 * q[0] * q[0], v
+
+
+class TestWavesThatSteepen(ModelConformance):
+    model = AwRascleZhang()
+
+    def states(self, rng, count):
+        rho, v = rng.uniform(0.2, 0.9, count), rng.uniform(0.2, 1.0, count)
+        return np.stack([rho, rho * (v + rho * rho)])
+
+
 class TestMC(LimiterConformance):
     limiter = fv.MC()
 

@@ -139,7 +139,7 @@ def test_it_says_where_it_may_fail(changes, words):
     assert gr.advise(scene()).warnings == ()
     (warning,) = gr.advise(scene(**changes)).warnings
     assert words in warning
-    assert f"caution: {warning}" in gr.advise(scene(**changes)).text()
+    assert f"caution: {warning}" in " ".join(gr.advise(scene(**changes)).text().split())
 
 
 def slope(x):
@@ -230,3 +230,8 @@ def test_mistakes_are_one_line(arguments, words, capsys):
     error = capsys.readouterr().err
     assert words in error
     assert len(error.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["riemann", "debris-slope", "column-collapse"])
+def test_printed_advice_keeps_to_100_columns(name):
+    assert max(map(len, str(gr.advise(gr.scene(name))).splitlines())) <= 100

@@ -57,6 +57,13 @@ def test_a_scene_file_records_gauges_front_and_largest_values(place, capsys):
     for x, when in zip((40, 99), arrival, strict=True):
         assert f"at x = {x} m first deeper than 0.05 m at t = {when:.6g} s" in said
     assert f"largest depth {largest.largest['h'].max():.4g} m at x = " in said
+    assert f"in through the right: hs {solution.stats.entered['right']['hs']:.6g}, hf " in said
+
+
+def test_a_threshold_needs_no_gauges(place, capsys):
+    (place / "channel.toml").write_text(SCENE.replace("gauges = [40.0, 99.0], ", ""))
+    assert run() == 0
+    assert "deeper than 0.05 m from x = " in capsys.readouterr().out
 
 
 def test_discharge_through_the_end_is_what_left(place):

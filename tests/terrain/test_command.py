@@ -143,6 +143,7 @@ FAULTS = {
     "terrain in another CRS": ("dem.prj", "EPSG:32633", "release.*CRS"),
     "no release": ("release.geojson", None, "release.*there is no file release.geojson"),
     "release truncated": ("release.geojson", collection()[:120], "release.geojson.*(ends too early|damaged|JSON)"),
+    "release in kilometres": ("release.geojson", collection([[0.001 * x, 0.001 * y] for x, y in RING]), "these look like kilometres"),
     "release with swapped axes": ("release.geojson", collection([[y, x] for x, y in RING]), "x and y exchanged"),
     "release outside": ("release.geojson", collection([[x + 900.0, y] for x, y in RING]), "east of it"),
     "release that crosses itself": ("release.geojson", collection(BOW), "must not cross"),

@@ -17,6 +17,9 @@ from fvkit.schemes.scheme import MASS_FLUX
 #: Half of a cell's mass, less what rounding may add to it.
 HALF = 0.5 * (1.0 - 1e-14)
 
+#: Corrections of a mass below this part of the mass that carries the momentum are rounding: the bounds alone hold them.
+ROUNDING = 1e-14
+
 #: Correction fluxes fade where the masses of neighbours differ by more than this factor.
 SHORE = 4.0
 
@@ -84,7 +87,11 @@ def hold_within(parts, ratio, ql, qr, left_going, mass_flux, correction=None, cr
         if correction is not None:
             for row, (low, high) in zip(masses, bounds, strict=True):
                 first = ratio * left_going[row]
-                factor = minimum(factor, largest_share(ratio * total[row] - first, first - low, high - first))
+                added = ratio * total[row] - first
+                share = largest_share(added, first - low, high - first)
+                if row != masses[-1]:  # what rounding makes of a mass that is absent must not reduce the others
+                    share = where(maximum(added, -added) <= ROUNDING * minimum(ql[masses[-1]], qr[masses[-1]]), 1.0, share)
+                factor = minimum(factor, share)
             fading = minimum(1.0, evenness(ql[masses[-1]], qr[masses[-1]], SHORE))
             factor = factor * fading
             terms["correction"][momentum] = factor * correction[momentum]
