@@ -58,19 +58,29 @@ def _check(options: argparse.Namespace) -> int:
 
 def _brought(source: Any, scene: Scene) -> str:
     """What a hydrograph brings in the time of the run, in words."""
-    given: Any = getattr(source, "intensity", None)
-    if not hasattr(given, "brought"):
+    if not _is_hydrograph(source):
         return ""
+    given = source.intensity
     volume = scene.terrain.grid.cell_volume * given.brought(scene.t_end)
     return f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
 
 
+def _is_hydrograph(source: Any) -> bool:
+    """Whether a source brings a series of discharges."""
+    return hasattr(getattr(source, "intensity", None), "brought")
+
+
 def _picture(scene: Scene) -> Any:
-    """Return the figure of terrain, release, gauges and lines, with the conditions at the four sides."""
+    """Return the figure of terrain, release, hydrographs, gauges and lines, with the conditions at the four sides."""
     from fvkit_granular.terrain.maps import draw_map
 
     released = None if scene.release is None else scene.release.thickness
     axes = draw_map(scene.terrain, released, "release, m (vertical)", release=scene.release)
+    for given in (source.intensity for source in scene.sources if _is_hydrograph(source)):
+        rows, columns = np.unravel_index(given.cells, scene.terrain.grid.shape)
+        x, y = scene.terrain.grid.axes[0].centers[columns], scene.terrain.grid.axes[1].centers[rows]
+        axes.plot(x, y, "s", color="#56B4E9", markeredgecolor="#0072B2", markersize=4)
+        axes.annotate("hydrograph", (x[0], y[0]), xytext=(6, -10), textcoords="offset points", fontsize=9)
     for k, (x, y) in enumerate(scene.watch.gauges):
         axes.plot(x, y, "v", color="#0072B2", markeredgecolor="white", markersize=9)
         axes.annotate(f"gauge {k}", (x, y), xytext=(6, 4), textcoords="offset points", fontsize=9)

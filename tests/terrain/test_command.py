@@ -10,7 +10,9 @@ import pytest
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.cli import main
+from fvkit_granular.cli import check
 from fvkit_granular.scenes.toml.read import SAMPLES, find_scene
+from tests.terrain.rasters import ramp
 from tests.tools import sample_torrent
 
 SCENE = """t_end = 1.5
@@ -131,6 +133,15 @@ def test_check_says_what_a_run_would_take_and_draws_it(folder, capsys):
         assert words in printed
     assert {path.name for path in set(files(folder)) - before} == {"look.png"}
     assert (folder / "look.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_check_draws_the_cells_of_a_hydrograph(tmp_path):
+    terrain = ramp(nx=12, ny=6)
+    (tmp_path / "inflow.csv").write_text("t [s],discharge [m3/s],phi [-]\n0,1,0.5\n9,1,0.5\n")
+    here = {"type": "Polygon", "coordinates": [[[1010.0, 2005.0], [1020.0, 2005.0], [1020.0, 2010.0], [1010.0, 2010.0], [1010.0, 2005.0]]]}
+    scene = gr.Scene(terrain=terrain, t_end=9.0, sources=gr.read_hydrograph(tmp_path / "inflow.csv", here, terrain))
+    marks = [line.get_xydata().tolist() for line in check._picture(scene).axes[0].get_lines()]
+    assert marks == [[[1012.5, 2007.5], [1017.5, 2007.5]]]
 
 
 #: {fault: (file, what is changed: (old, new), a new content, or None for no file; words of the sentence)}.
