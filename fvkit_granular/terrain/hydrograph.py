@@ -1,5 +1,6 @@
-"""Hydrographs on areas of a terrain: a discharge over time that comes in through polygons (`read_hydrograph`)."""
+"""Hydrographs on a terrain: a discharge over time that comes in through polygons or a line (`read_hydrograph`)."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -7,9 +8,12 @@ import attrs
 import numpy as np
 
 from fvkit import validation
+from fvkit.run.cross_section import cells_along
 from fvkit_granular.csv_table import read_columns
 from fvkit_granular.sources.rain import Rain
-from fvkit_granular.terrain.release import area_shares
+from fvkit_granular.terrain.features import LINES, Feature, read_geometries
+from fvkit_granular.terrain.path import read_path
+from fvkit_granular.terrain.release import area_shares, check_inside, check_known
 from fvkit_granular.terrain.terrain import Terrain
 
 
@@ -53,7 +57,7 @@ class OverTime:
 
 
 def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
-    """Read a hydrograph that comes in through an area of a terrain: a source of mass, spread evenly over polygons.
+    """Read a hydrograph that comes in through an area of a terrain, or a line: a source of mass, spread evenly over either.
 
     It brings no momentum. Linear between its times; nothing before the first and after the last. Time
     steps end at its times, so the volume is exact where phi is constant.
@@ -61,7 +65,8 @@ def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     Parameters
     ----------
     path : CSV file with columns ``t [s]`` (or min, h), ``discharge [m3/s]`` (or l/s) and ``phi [-]`` (or %).
-    area : polygons as for `read_release`: a path of GeoJSON or a shapefile, or GeoJSON as a mapping.
+    area : polygons as for `read_release`, or one line (LineString), such as that across a channel: a path of GeoJSON or a
+        shapefile, or GeoJSON as a mapping.
     terrain : where it lies.
 
     Returns
@@ -72,7 +77,7 @@ def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     Raises
     ------
     ValueError
-        For a mistake in the table, with file, line and column, or in the polygons, with the feature.
+        For a mistake in the table, with file, line and column, or in polygons or a line, with the feature.
     FileNotFoundError
         Where there is no such file.
 
@@ -105,7 +110,25 @@ def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
         if wrong.size:
             raise ValueError(f"{path}, line {table.lines[wrong[0]]}: {name} must be >= 0" + " and <= 1" * (highest == 1.0)
                              + f", got {values[wrong[0]]:g}")
-    shares = area_shares(area, ground)
+    shares = _line_shares(area, ground) if _is_line(area, ground) else area_shares(area, ground)
     spread: Any = OverTime(shares / (shares.sum() * ground.grid.cell_volume), times, discharge)
     solid: Any = float(phi[0]) if (phi == phi[0]).all() else OverTime(np.ones(ground.grid.shape), times, phi)
     return Rain(spread, solid)
+
+
+def _is_line(area: Any, terrain: Terrain) -> bool:
+    """Whether all features are lines."""
+    kinds = [geometry.get("type") for geometry, _ in read_geometries(area, terrain)[1] if isinstance(geometry, Mapping)]
+    return bool(kinds) and set(kinds) <= set(LINES)
+
+
+def _line_shares(area: Any, terrain: Terrain) -> np.ndarray:
+    """Return the length of a line in each cell, (ny, nx), m."""
+    called = f"{area if isinstance(area, (str, Path)) else 'GeoJSON'}, line"
+    points = np.array(read_path(area, terrain))
+    check_inside(Feature("line", called, [[points]], {}), terrain)
+    cells, normals = cells_along(points, terrain.grid, called)
+    shares = np.zeros(terrain.grid.shape)
+    np.add.at(shares.reshape(-1), cells, np.hypot(*normals))
+    check_known(shares, terrain, called)
+    return shares

@@ -42,7 +42,7 @@ LAYERS = (
           1e3),
     Layer("phi_at_max_depth", "phi", "solid fraction at the largest depth", None,
           (-1.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
-    Layer("arrival", "arrival", "first arrival, s", -1.0, (-1.0, *TIMES[1:]), "cividis"),
+    Layer("arrival", "arrival", "first arrival, s", -1e-9, (-1.0, *TIMES[1:]), "cividis"),
     Layer("duration", "duration", "duration, s", None, TIMES, "cividis_r"),
     Layer("deposit", None, "depth at the end, m", None, DEPTHS))
 

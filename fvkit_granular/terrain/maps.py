@@ -17,8 +17,11 @@ from fvkit.output.films import Film, write_film
 from fvkit_granular.terrain.release import Release
 from fvkit_granular.terrain.terrain import Terrain
 
-#: Width of the figure of a map, of the map in it, least and largest height of the map, and space below it, inches.
-WIDTH, MAP, LOWEST, HIGHEST, BELOW = 7.2, 5.7, 2.4, 10.0, 0.6
+#: Width of the figure of a map, of the map in it, least and largest height of the map, and space below and above it, inches.
+WIDTH, MAP, LOWEST, HIGHEST, AROUND = 7.2, 5.7, 2.4, 10.0, 0.9
+
+#: Height of the scale bar above a map, points.
+ABOVE = 22.0
 
 #: Direction of the light on maps: north-west, half-way up.
 SUN = LightSource(azdeg=315.0, altdeg=45.0)
@@ -69,7 +72,7 @@ def draw_map(terrain: Terrain, values: Any = None, label: str = "depth, m", *, r
     last = None if highest is None else validation.real(highest, "highest", above=least)
     x, y = ground.grid.axes
     width, height = x.upper - x.lower, y.upper - y.lower
-    tall = float(np.clip(MAP * height / width, LOWEST, HIGHEST)) + BELOW
+    tall = float(np.clip(MAP * height / width, LOWEST, HIGHEST)) + AROUND
     target = ax if ax is not None else new_axes(width=WIDTH, height=tall)[1][0]
     extent = (x.lower, x.upper, y.lower, y.upper)
     target.imshow(_shade(ground), cmap="gray", vmin=0.0, vmax=1.0, extent=extent, origin="lower", interpolation="none")
@@ -127,7 +130,7 @@ def film_map(solution: Solution, terrain: Terrain, path: str | Path, release: Re
 
     def frames() -> Iterator[None]:
         for t, h in zip(solution.t, depths, strict=True):
-            relief.set_title(f"t = {t:.4g} s", fontsize=9)
+            relief.set_title(f"t = {t:.4g} s", fontsize=9, pad=ABOVE)
             with laid_over(relief, terrain, h, "depth, m", above, max(deepest, above)):
                 yield
 
@@ -152,12 +155,12 @@ def _contours(target: Axes, terrain: Terrain) -> None:
 
 
 def _furnish(target: Axes, width: float) -> None:
-    """Add scale bar and north arrow; number the axes in full metres."""
+    """Add north arrow, and a scale bar above the map, where it hides nothing; number the axes in full metres."""
     power = 10.0 ** np.floor(np.log10(BAR * width))
     length = next(power * one for one in LENGTHS if power * one <= BAR * width)
     text = f"{length / 1000.0:g} km" if length >= 1000.0 else f"{length:g} m"
-    target.add_artist(AnchoredSizeBar(target.transData, length, text, "lower left", pad=0.4, borderpad=0.6, sep=4,
-                                      size_vertical=length / 40.0))
+    target.add_artist(AnchoredSizeBar(target.transData, length, text, "lower left", pad=0.3, borderpad=0.0, sep=3, frameon=False,
+                                      size_vertical=length / 40.0, bbox_to_anchor=(0.0, 1.0), bbox_transform=target.transAxes))
     target.annotate("N", (0.95, 0.97), (0.0, -28.0), "axes fraction", "offset points", ha="center", va="center", weight="bold",
                     arrowprops={"arrowstyle": "-|>", "lw": 1.4}, bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"})
     target.ticklabel_format(style="plain", useOffset=False)

@@ -51,7 +51,7 @@ def read_path(source: Any, terrain: Terrain) -> tuple[tuple[float, float], ...]:
         points = np.array([point[:2] for point in lines[0]], dtype=float)
     except (TypeError, ValueError):
         points = np.empty(0)
-    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2 or not np.isfinite(points).all():
+    if points.ndim != 2 or points.shape[1] != 2 or len(np.unique(points, axis=0)) < 2 or not np.isfinite(points).all():
         raise ValueError(f"{where}: a line must have two points (x, y) or more, got {validation.shown(lines[0])}")
     kept = np.concatenate([[True], (np.diff(points, axis=0) != 0.0).any(axis=1)])  # digitised twice
     return tuple((x, y) for x, y in points[kept].tolist())

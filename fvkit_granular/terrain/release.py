@@ -198,7 +198,7 @@ def _share(feature: Feature, terrain: Terrain) -> np.ndarray:
     """Return the share of each cell that a feature covers, or raise ValueError where it is outside or on no data."""
     check_inside(feature, terrain)
     share = feature.shares(terrain)
-    _check_known(share, terrain, feature.where)
+    check_known(share, terrain, feature.where)
     return share
 
 
@@ -236,7 +236,8 @@ def _within(low: np.ndarray, high: np.ndarray, terrain: Terrain) -> bool:
     return bool((low >= [x.lower, y.lower]).all() and (high <= [x.upper, y.upper]).all())
 
 
-def _check_known(covered: np.ndarray, terrain: Terrain, where: str) -> None:
+def check_known(covered: np.ndarray, terrain: Terrain, where: str) -> None:
+    """Raise ValueError where something covers cells, (ny, nx), without data."""
     lost = np.where(terrain.missing, covered, 0.0)
     if lost.any():
         raise ValueError(f"{where} must lie where the terrain has data, got {(lost > 0.0).sum()} cells without, the first at "
@@ -252,5 +253,5 @@ def _depths(source: Any, terrain: Terrain) -> tuple[str, np.ndarray]:
     if total - within > WHOLE * total:
         raise ValueError(f"{where} must lie within the terrain, got {total - within:.6g} of its {total:.6g} m3 beyond it: give "
                          "the terrain a larger `window`, or no release there")
-    _check_known(values, terrain, where)
+    check_known(values, terrain, where)
     return where, values

@@ -89,6 +89,17 @@ def test_a_map_shows_ground_results_release_and_scale(tmp_path):
     assert len(alone.get_images()) == 1
 
 
+@pytest.mark.parametrize("size", [(80, 60), (120, 12), (12, 120)])
+def test_the_scale_bar_lies_beside_the_map_and_within_the_picture(size):
+    axes = gr.draw_map(ramp(*size), np.ones(size[::-1]))
+    figure = axes.figure
+    figure.canvas.draw()
+    bar, ground = axes.artists[0].get_window_extent(), axes.get_window_extent()
+    assert bar.y0 >= ground.y1 - 1.0
+    assert figure.bbox.x0 <= bar.x0 < bar.x1 <= figure.bbox.x1
+    assert bar.y1 <= figure.bbox.y1
+
+
 def test_a_film_of_a_terrain_shows_every_output_over_its_relief(tmp_path):
     terrain = ramp(nx=20, ny=15)
     scene = gr.Scene(terrain=terrain, release=gr.read_release(OUTLINE, terrain, 1.0, 0.5), t_end=4.0)

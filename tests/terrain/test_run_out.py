@@ -89,7 +89,7 @@ def line(*points, crs="EPSG:31287", kind="LineString"):
 
 
 @pytest.mark.parametrize(("given", "words"), [
-    (line([1.0, 2.0]), "two points"), (line([1.0, 2.0], ["a", 3.0]), "two points"), (line(), "two points"),
+    (line([1.0, 2.0]), "two points"), (line([1.0, 2.0], ["a", 3.0]), "two points"), (line(), "two points"), (line([1.0, 2.0], [1.0, 2.0]), "two points"),
     (line([1.0, 2.0], [3.0, float("nan")]), "two points"),
     (line([[[0, 0], [1, 0], [0, 1], [0, 0]]], kind="Polygon"), "must hold a LineString, got 'Polygon'"),
     (line([[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [2.0, 0.0]], kind="MultiLineString"), "must hold one line, got 2"),
