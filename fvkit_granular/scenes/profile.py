@@ -65,7 +65,8 @@ class Profile(Shape):
         """Warn if the values of a bottom suggest another unit than that of the header, or its length that of an interval."""
         if interval is not None and 500.0 * (interval[1] - interval[0]) < np.ptp(self.x):
             warnings.warn(f"{self.path}: the profile is {np.ptp(self.x):.4g} m long and `interval` "
-                          f"{interval[1] - interval[0]:.4g} m: if that is in kilometres, give it in m", RuntimeWarning, stacklevel=2)
+                          f"{interval[1] - interval[0]:.4g} m: if that is in kilometres, give it in m",
+                          RuntimeWarning, stacklevel=2)
         length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
         looks = implausible(self.values, length)
         if looks == "steep":
