@@ -41,7 +41,6 @@ def _check(options: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # said below
         problem = scene.problem(options.model)
-    scene.terrain.warn_of_units()
     print(scene.terrain.describe())
     if scene.release is not None:
         print(scene.release)

@@ -61,8 +61,12 @@ class Profile(Shape):
         values = table.column(column, validation.choice(measures, "measures", UNITS))
         return cls(table.path, column, along, interpolation, x, values, over=over)
 
-    def warn_of_units(self) -> None:
-        """Warn if the values of a bottom suggest another unit than that of the header."""
+    def warn_of_units(self, interval: tuple[float, float] | None = None) -> None:
+        """Warn if the values of a bottom suggest another unit than that of the header, or its length that of an interval."""
+        if interval is not None and 500.0 * (interval[1] - interval[0]) < np.ptp(self.x):
+            warnings.warn(f"{self.path}: the profile is {np.ptp(self.x):.4g} m long and `interval` "
+                          f"{interval[1] - interval[0]:.4g} m: if that is in kilometres, give it in m",
+                          RuntimeWarning, stacklevel=2)
         length, height = float(np.ptp(self.x)), float(np.ptp(self.values))
         looks = implausible(self.values, length)
         if looks == "steep":

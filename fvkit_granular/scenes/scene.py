@@ -150,7 +150,7 @@ class Scene:
         if isinstance(self.reference, FunctionReference):
             self.reference.check_axes(self.axes)
         if isinstance(self.bottom, Profile):
-            self.bottom.warn_of_units()
+            self.bottom.warn_of_units(self.interval if len(self.axes) == 1 else None)
         caution(self, "g", WEAKEST, STRONGEST, "in m/s^2 it is 9.81, where 981 is in cm/s^2")
         if self.release is not None:
             self.release.warn_of_units()

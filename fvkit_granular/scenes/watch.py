@@ -105,8 +105,10 @@ class Watch:
                                  f"{point}")
             for letter, value, (lower, upper) in zip(NAMES, at, ends, strict=False):
                 if not lower <= value <= upper:
+                    fits = len(ends) > 1 and all(a <= v <= b for v, (a, b) in zip(at[::-1], ends, strict=True))
+                    hint = ": with x and y exchanged it would" if fits else ""
                     raise ValueError(f"`{key}`{which} must lie within the scene, {letter} from {lower:.10g} to {upper:.10g} m, "
-                                     f"got {letter} = {value:.10g}")
+                                     f"got {letter} = {value:.10g}{hint}")
 
     def observers(self, axes: int) -> dict[str, Observer]:
         """Return new observers, {name: observer}: "gauges", "hazard", "front", "run-out", and each line by its name."""

@@ -132,3 +132,10 @@ def test_a_bottom_in_another_unit_than_its_header_says_is_noticed(text, fix, wri
     "x [m], b [m]\n0, 412.3\n5000, 410.1\n", "x [m], b [m]\n0, 0.005\n10, 0\n", "x [m], b [m]\n0, 10\n0.01, 0\n50, 0\n"])
 def test_plausible_bottoms_are_not_remarked_on(text, write):
     scene_over(write(text))
+
+
+def test_an_interval_in_kilometres_beside_a_profile_in_metres_warns(write):
+    path = write("x [km], b [m]\n0, 40\n2, 0\n")
+    bottom = gr.Profile.read(path, "b", "linear")
+    with pytest.warns(RuntimeWarning, match="the profile is 2000 m long and `interval` 2 m: if that is in kilometres"):
+        gr.Scene((0.0, 2.0), 1.0, lambda x: {"h": 1.0, "phi": 0.5}, bottom=bottom)

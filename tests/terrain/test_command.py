@@ -177,6 +177,7 @@ FAULTS = {
     "measured in a third way": ("scene.toml", ("phi = 0.6", 'phi = 0.6\nmeasured = "along"'), r"release\.measured: .*vertical"),
     "measured of another kind": ("scene.toml", ("phi = 0.6", "phi = 0.6\nmeasured = true"), r"release\.measured"),
     "gauge outside": ("scene.toml", ("1032.5, 2012.5", "32.5, 2012.5"), r"outputs\.gauges: .*32\.5"),
+    "gauge with swapped axes": ("scene.toml", ("1032.5, 2012.5", "2012.5, 1032.5"), "with x and y exchanged it would"),
     "gauge with one coordinate": ("scene.toml", ("[[1032.5, 2012.5]]", "[1032.5]"), r"outputs\.gauges"),
     "gauge of text": ("scene.toml", ("[[1032.5, 2012.5]]", '"here"'), r"outputs\.gauges"),
     "line outside": ("scene.toml", ("[1030.0, 2001.0]", "[1030.0, 1.0]"), r"outputs\.lines: .*across"),
