@@ -14,7 +14,7 @@ import numpy as np
 
 from fvkit import Source, maximum, minimum, where
 from fvkit.pointwise import combine
-from fvkit_granular.models.wet_dry import threshold, velocity, wetness
+from fvkit_granular.models.wet_dry import share, threshold, velocity
 
 #: Relative excess of static over dynamic friction, so that a flow that comes to rest at its angle stops in finite time.
 STICKING = 1e-6
@@ -183,15 +183,16 @@ class BasalFriction(Source):
         result, h, loads = list(after), maximum(model.depth(middle), threshold(model.dry)), model.basal_load(middle)
         for load, mass, (masses, momentum) in zip(loads, bearing, model.phases, strict=True):
             row = masses[-1]
-            inverse = 1.0 / maximum(after[row], threshold(model.dry))
-            free = after[momentum] * wetness(after[row], model.dry) * inverse
+            free = velocity(after[row], after[momentum], model.dry)
             start = where(before[row] > threshold(model.dry), velocity(before[row], before[momentum], model.dry), free)
             # The force acts on the mass that bears the drive, at a face all of it; the velocity is that of the end of the step.
-            time = dt if mass is after[row] else dt * mass * inverse
+            time = dt if mass is after[row] else dt * share(mass, after[row])
             static = time * self.bounded(model, load, h, 0.0)
             held = (before[momentum] == 0.0) & (np.abs(free) <= (1.0 + STICKING) * static)
             end = where(held, 0.0, self.moved(model, load, h, start, free - start, time))
-            result[momentum] = where(end == free, after[momentum], after[row] * end)
+            most, slowed = np.abs(after[momentum]), after[row] * end
+            slowed = where(np.abs(end) < np.abs(free), minimum(maximum(slowed, -most), most), slowed)  # rounding lets nothing grow
+            result[momentum] = where(end == free, after[momentum], slowed)
         return tuple(result)
 
     def rate(self, model, q, aux):
