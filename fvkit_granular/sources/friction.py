@@ -191,7 +191,7 @@ class BasalFriction(Source):
             held = (before[momentum] == 0.0) & (np.abs(free) <= (1.0 + STICKING) * static)
             end = where(held, 0.0, self.moved(model, load, h, start, free - start, time))
             most, slowed = np.abs(after[momentum]), after[row] * end
-            slowed = where(np.abs(end) < np.abs(free), minimum(maximum(slowed, -most), most), slowed)  # rounding lets nothing grow
+            slowed = where(np.abs(end) < np.abs(free), minimum(maximum(slowed, -most), most), slowed)  # whatever rounding
             result[momentum] = where(end == free, after[momentum], slowed)
         return tuple(result)
 
