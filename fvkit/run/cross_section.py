@@ -13,12 +13,11 @@ from fvkit.problem.problem import Problem
 from fvkit.run.observers import SeriesObserver
 
 
-def polyline(value: Any, name: str = "line") -> np.ndarray:
-    """Return a polyline, (k, 2), of at least two points."""
+def polyline(value: Any, name: str, hint: str = "") -> np.ndarray:
+    """Return a polyline, (k, 2), of at least two points; ``hint`` ends what a message allows."""
     points = validation.array(value, name)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
-        raise ValueError(f"`{name}` must be a list of at least two points (x, y)"
-                         f"{', with one axis a place x' * (name == 'line')}, got {validation.shown(value)}")
+        raise ValueError(f"`{name}` must be a list of at least two points (x, y){hint}, got {validation.shown(value)}")
     if (np.hypot(*np.diff(points, axis=0).T) == 0.0).any():
         raise ValueError(f"`{name}` must not have the same point twice in a row, got one that has")
     return points
@@ -26,7 +25,7 @@ def polyline(value: Any, name: str = "line") -> np.ndarray:
 
 def _place_or_line(value: Any) -> Any:
     """Return a number x, or a polyline."""
-    return validation.real(value, "line") if validation.is_single(value) else polyline(value)
+    return validation.real(value, "line") if validation.is_single(value) else polyline(value, "line", ", with one axis a place x")
 
 
 @attrs.define(eq=False)

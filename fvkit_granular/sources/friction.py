@@ -190,9 +190,10 @@ class BasalFriction(Source):
             static = time * self.bounded(model, load, h, 0.0)
             held = (before[momentum] == 0.0) & (np.abs(free) <= (1.0 + STICKING) * static)
             end = where(held, 0.0, self.moved(model, load, h, start, free - start, time))
-            most, slowed = np.abs(after[momentum]), after[row] * end
-            slowed = where(np.abs(end) < np.abs(free), minimum(maximum(slowed, -most), most), slowed)  # whatever rounding
-            result[momentum] = where(end == free, after[momentum], slowed)
+            # Where friction slows the flow, rounding of the product must not let its momentum grow.
+            most, product = np.abs(after[momentum]), after[row] * end
+            bounded = where(np.abs(end) < np.abs(free), minimum(maximum(product, -most), most), product)
+            result[momentum] = where(end == free, after[momentum], bounded)
         return tuple(result)
 
     def rate(self, model, q, aux):

@@ -80,10 +80,10 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
         # A source may stop or drive what moves, and is felt at a point: the sound of the face carries no more of it than this.
         most = maximum(carries * before[row], np.abs(push))
         left = minimum(maximum(push + (after[momentum] - end[momentum]) * (1.0 / ratio), -most), most)
-        less, more = EVEN * minimum(ql[row], qr[row]), maximum(ql[row], qr[row])
+        smaller, larger = EVEN * minimum(ql[row], qr[row]), maximum(ql[row], qr[row])
         # A flow that a source stops must feel its push first: a slope would else come to rest below its angle.
-        lasting, was = (2.0 * np.abs(end[momentum]), np.abs(before[momentum]) + SMALL) if stops else (1.0, 1.0)
-        share = minimum(less, more) * minimum(lasting, was) / (more * was + TINY)
+        left_over, initial = (2.0 * np.abs(end[momentum]), np.abs(before[momentum]) + SMALL) if stops else (1.0, 1.0)
+        share = minimum(smaller, larger) * minimum(left_over, initial) / (larger * initial + TINY)
         kept = whole[momentum] + where(still, 1.0, 0.0 if limit else share) * (left - push)
         result[momentum] = where(still & (end[momentum] == 0.0), 0.0, kept)
     return whole, tuple(result), bearing
