@@ -3,13 +3,13 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import attrs
 import numpy as np
 
 from fvkit import validation
-from fvkit.pointwise import TINY, add, combine, least, maximum, scale, subtract, where
+from fvkit.pointwise import TINY, add, combine, least, maximum, minimum, scale, subtract, where
 from fvkit.pointwise.part import Part, default
 from fvkit.problem.answers import face_speeds, mass_flux
 from fvkit.problem.model import Model
@@ -80,29 +80,58 @@ class RiemannSolver(Part, ABC):
                              f"Solvers that fit it: {', '.join(fitting) or 'none'}")
 
 
-def explained(model, ql, qr, auxl, auxr, jump):
-    """Return D, A^ D and K = J - A^ D of `HLL`, tuples of components; K is None for a conservation law, where it is 0."""
+#: Relative distance below which two speed bounds count as equal: waves are differences divided by that distance, and would be
+#: mere round-off where a scalar law is smooth.
+NARROW = 1e-3
+
+#: A numerical viscosity on D fades out as s1 s2/(s2 - s1)^2 of bounds with one sign rises to 1/``ONE_WAY``: at Froude number 1.2.
+ONE_WAY = 10.0
+
+
+class Viscous(NamedTuple):
+    """Bounds of the speeds of a face, 1/(s2 - s1), 0 where they are equal, how far waves run ``both_ways`` (0 to 1), D, A^ D."""
+
+    s1: Any
+    s2: Any
+    inverse: Any
+    both_ways: Any
+    difference: Any
+    moved: Any
+
+
+def viscous(model, ql, qr, auxl, auxr, jump):
+    """Return what the viscosity of `HLL` and `Rusanov` acts on at a face; a conservation law has A^ D = J."""
+    s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
+    gap = s2 - s1
+    opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
+    inverse = where(opened, 1.0 / where(opened, gap, 1.0), 0.0)
     change = model.difference(ql, qr, auxl, auxr)
     if not model.defines("jump"):
-        return change, jump, None
+        return Viscous(s1, s2, inverse, 1.0, change, jump)
     result = list(least(change, model.balanced_difference(ql, qr, auxl, auxr)))
     fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
     for masses, momentum in model.phases:
         row = masses[-1]
         v = (fluxl[row] + fluxr[row]) / (ql[row] + qr[row] + TINY)
         result[momentum] = change[momentum] + v * (result[row] - change[row])
-    moved = model.matrix_product(ql, qr, auxl, auxr, tuple(result))
-    return tuple(result), moved, subtract(jump, moved)
+    # Steady flow that is faster than its waves has a D, but no jump: a viscosity on D would never let it settle.
+    both_ways = maximum(1.0 - ONE_WAY * maximum((s1 * inverse) * (s2 * inverse), 0.0), 0.0)
+    return Viscous(s1, s2, inverse, both_ways, result, model.matrix_product(ql, qr, auxl, auxr, tuple(result)))
 
 
-def towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, apart):
-    """Return the left-going part of K: (s2 - A^) K/(s2 - s1) where the bounds are ``apart``, else all, half or none of K."""
-    if rest is None:
-        return (0.0,) * len(ql)
-    part = scale(1.0 / where(apart, s2 - s1, 1.0), rest)
-    split = combine(s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
-    whole = scale(where(s1 >= 0.0, 0.0, where(s2 <= 0.0, 1.0, 0.5)), rest)
-    return tuple([where(apart, item, other) for item, other in zip(split, whole, strict=True)])
+def left_going(model, ql, qr, auxl, auxr, face, jump):
+    """Return the part of a jump that travels left: (1 - sgn A^)/2 of it with a polynomial of A^ for the sign.
+
+    It is exact for waves at the bounds. With more waves its square term gives the sign 0 to standing ones, and so a direction to
+    those in the middle of the bounds, which would else be differenced centrally and grow. Derived here.
+    """
+    part = scale(face.inverse, jump)
+    left = combine(face.s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
+    if len(left) == 2:
+        return left
+    middle = (face.s1 + face.s2) * face.inverse
+    tilt = maximum(minimum(middle * (1.0 + 1.5 * middle * middle), 1.0), -1.0) * (2.0 * face.inverse)
+    return combine(1.0 + tilt * face.s1, left, -tilt, model.matrix_product(ql, qr, auxl, auxr, left))
 
 
 @attrs.frozen
@@ -129,20 +158,17 @@ class Roe(RiemannSolver):
         return model.decompose(ql, qr, auxl, auxr, jump)
 
 
-#: Relative distance below which two speed bounds count as equal: waves are differences divided by that distance, and would be
-#: mere round-off where a scalar law is smooth.
-NARROW = 1e-3
-
-
 @attrs.frozen
 class HLL(RiemannSolver):
     """HLL solver: two waves at bounds s1 <= s2 of all wave speeds at the face::
 
-        Z1 = s1 (s2 D - A^ D)/(s2 - s1) + K-,  Z2 = J - Z1,  K = J - A^ D,
+        Z1 = P (K + s1 D),  P = (s2 - A^)/(s2 - s1),  Z2 = J - Z1,  K = J - A^ D,
 
     where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that the
-    numerical viscosity acts on, 0 at rest and in uniform flow down a slope. A conservation law has D = qr - ql, A^ D = J and
-    K = 0: the usual HLL. If s1 = s2 the whole jump is assigned to that single speed.
+    numerical viscosity acts on: 0 at rest, in uniform flow down a slope, and where all waves run one way (Froude numbers above
+    1.2), which need none. A conservation law has D = qr - ql, A^ D = J and K = 0: the usual HLL. If s1 = s2 the whole jump is
+    assigned to that single speed. For systems of more than two equations P has a square term, by which waves between the
+    bounds have a direction: see `left_going`.
 
     Notes
     -----
@@ -163,14 +189,14 @@ class HLL(RiemannSolver):
     bounds: ClassVar[bool] = True
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
-        gap = s2 - s1
-        opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
-        share = s1 / where(opened, gap, 1.0)
-        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
-        first = combine(where(opened, share * s2, 0.0), difference, where(opened, -share, 0.5), moved)
-        first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, opened))
-        return (first, subtract(jump, first)), (s1, s2)
+        face = viscous(model, ql, qr, auxl, auxr, jump)
+        if face.moved is jump:
+            share = face.s1 * face.inverse
+            first = combine(share * face.s2, face.difference, where(face.inverse > 0.0, -share, 0.5), jump)
+        else:
+            free = combine(face.both_ways * face.s1, face.difference, -face.both_ways, face.moved)
+            first = left_going(model, ql, qr, auxl, auxr, face, add(jump, free))
+        return (first, subtract(jump, first)), (face.s1, face.s2)
 
 
 @attrs.frozen
@@ -178,7 +204,7 @@ class Rusanov(RiemannSolver):
     """Rusanov (local Lax-Friedrichs) solver: two waves at -/+ s, s the largest speed: Z1 = (A^ D - s D)/2 + K-, Z2 = J - Z1.
 
     D and K are those of `HLL`, K- the left-going part of K. A conservation law has K = 0, so Z1 = (J - s D)/2. The simplest
-    and most diffusive solver.
+    and most diffusive solver; over a bottom upwind where all waves run one way.
 
     Source: V. V. Rusanov, USSR Comput. Math. Math. Phys. 1 (1962) 304-320; D and K derived here.
 
@@ -193,11 +219,16 @@ class Rusanov(RiemannSolver):
     bounds: ClassVar[bool] = True
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
-        s = maximum(np.abs(s1), np.abs(s2))
-        difference, moved, rest = explained(model, ql, qr, auxl, auxr, jump)
-        first = combine(0.5, moved, -0.5 * s, difference)
-        first = add(first, towards_left(model, ql, qr, auxl, auxr, rest, s1, s2, (s1 < 0.0) & (s2 > 0.0)))
+        face = viscous(model, ql, qr, auxl, auxr, jump)
+        s = maximum(np.abs(face.s1), np.abs(face.s2))
+        if face.moved is jump:
+            first = combine(0.5, jump, -0.5 * s, face.difference)
+        else:
+            both, half = face.both_ways, 0.5 * face.both_ways
+            rest = combine(1.0, jump, -both, face.moved)
+            left = left_going(model, ql, qr, auxl, auxr, face, rest)
+            left = combine(both, left, where(face.s2 < 0.0, 1.0 - both, 0.0), rest)
+            first = add(combine(half, face.moved, -half * s, face.difference), left)
         return (first, subtract(jump, first)), (-s, s)
 
 

@@ -1,5 +1,6 @@
 """Flow down slopes and over steps of the bottom: what finished, and was wrong without a word, in the first version."""
 
+import warnings
 from functools import partial
 
 import attrs
@@ -299,3 +300,36 @@ def test_steady_flow_over_a_bump_settles_to_rounding_at_a_large_courant_number(r
         before = stepper.q.copy()
         stepper.step(0.033)
     assert np.abs(stepper.q[0] - before[0]).max() < 1e-13
+
+
+@pytest.mark.parametrize("model", [gr.ShallowWater(g=G), gr.TwoPhase(g=G)], ids=kind_of)
+@pytest.mark.parametrize(("slope", "bump", "friction"), [(0.3, 0.0, 0.0), (0.05, 0.0, 0.0), (0.0, 0.3, 0.0), (0.5, 0.0, 0.2)])
+@pytest.mark.parametrize("riemann", [fv.Roe(), fv.HLL(), fv.Rusanov()], ids=kind_of)
+def test_steady_flow_faster_than_its_waves_settles(riemann, slope, bump, friction, model):
+    """Down a plane, over a bump, with Coulomb friction: no waves where the jump is balanced, so no limit cycle."""
+    pytest.importorskip("numba")
+    cells, dx = 160, 2.5
+    state = model.conserved_from(1.0, 0.4, 6.0, 6.0)
+    problem = fv.Problem(model, fv.Grid(0.0, cells * dx, cells), lambda x: [0.0 * x + value for value in state], 120.0,
+                         {"b": lambda x: bump * np.exp(-((x - 200.0) / 20.0) ** 2) - slope * x}, (fv.Inflow(state), fv.Outflow()),
+                         (gr.CoulombFriction(friction),) if friction and len(state) == 2 else ())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gr.SteepSlopeWarning)
+        earlier, later = fv.solve(problem, fv.WavePropagation(riemann), times=[119.0, 120.0]).q[-2:]
+    change = np.abs(later - earlier).max(axis=1) / np.maximum(np.abs(later).max(axis=1), 1e-300)
+    assert change.max() < 1e-12
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(("model", "riemann"), [(gr.Reduced(g=G), fv.HLL()), (gr.Reduced(g=G), fv.Rusanov()), (gr.TwoPhase(g=G), fv.HLL())],
+                         ids=kind_of)
+def test_rivers_of_mixtures_settle_over_a_bump(model, riemann, order):
+    """Between the bounds of the speeds run contacts and inner waves: differenced centrally where the bottom explains the depths, they grew."""
+    pytest.importorskip("numba")
+    state = model.conserved_from(2.0, 0.4, 1.5, 1.5)
+    sources = (gr.Manning(0.03), *((gr.ConstantDrag(1.0),) if len(model.phases) > 1 else ()))
+    problem = fv.Problem(model, fv.Grid(0.0, 800.0, 160), lambda x: [0.0 * x + value for value in state], 2000.0,
+                         {"b": lambda x: 0.3 * np.exp(-((x - 400.0) / 80.0) ** 2) - 0.002 * x},
+                         (gr.Hydrograph([0.0], [3.0], [0.4]), fv.Outflow()), sources)
+    late = fv.solve(problem, fv.WavePropagation(riemann, order=order), times=np.linspace(1900.0, 2000.0, 11)).q
+    assert np.ptp(late[1:], axis=0).max() < 1e-4
