@@ -202,9 +202,9 @@ def _share(feature: Feature, terrain: Terrain) -> np.ndarray:
     return share
 
 
-def area_shares(source: Any, terrain: Terrain) -> np.ndarray:
-    """Return the share of each cell, (ny, nx), that polygons cover; see `read_release` for ``source`` and mistakes in it."""
-    return np.sum([share for _, share in separate(read_features(source, terrain), terrain, _share)], axis=0)
+def area_shares(found: list[Feature], terrain: Terrain) -> np.ndarray:
+    """Return the share of each cell, (ny, nx), that features cover; see `read_release` for mistakes in them."""
+    return np.sum([share for _, share in separate(found, terrain, _share)], axis=0)
 
 
 def check_inside(feature: Feature, terrain: Terrain) -> None:
