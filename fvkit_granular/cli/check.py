@@ -42,6 +42,7 @@ def _check(options: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # said below
         problem = scene.problem(options.model)
+    scene.watch.observers(2)  # which warn of what looks like another unit
     print(scene.terrain.describe())
     if scene.release is not None:
         print(scene.release)

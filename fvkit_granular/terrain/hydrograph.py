@@ -11,11 +11,15 @@ from fvkit import validation
 from fvkit.run.cross_section import cells_along
 from fvkit_granular.csv_table import Columns, read_columns
 from fvkit_granular.sources.line_inflow import LineInflow
+from fvkit_granular.sources.plausible import caution_values
 from fvkit_granular.sources.rain import Rain
 from fvkit_granular.terrain.features import LINES, Feature, features_of, read_geometries
 from fvkit_granular.terrain.path import points_of
-from fvkit_granular.terrain.release import area_shares, check_inside, check_known
+from fvkit_granular.terrain.release import THICKEST, area_shares, check_inside, check_known
 from fvkit_granular.terrain.terrain import Terrain
+
+#: Largest plausible speed, m/s, and discharge per width, m^2/s: more than of the fastest rock avalanches.
+FASTEST, STRONGEST = 150.0, 1000.0
 
 
 @attrs.frozen(eq=False)
@@ -115,12 +119,18 @@ def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     shares = area_shares(features_of(where, given), ground) if line is None else line.lengths
     over_area = shares / (shares.sum() * ground.grid.cell_volume)
     if not _has_speed(table):
-        return Rain(OverTime(over_area, times, _checked(table, "discharge", "volume rate")), solid)  # type: ignore[arg-type]
+        discharge = _checked(table, "discharge", "volume rate")
+        width = shares.sum() if line else np.sqrt(shares.sum() * ground.grid.cell_volume)
+        caution_values(discharge, f"{table.path}: discharge", 0.0, STRONGEST * width,
+                       f"through {width:.3g} m of width, in m3/s, and 1000 l/s are 1")
+        return Rain(OverTime(over_area, times, discharge), solid)  # type: ignore[arg-type]
     if line is None:
         raise ValueError(f"{table.path}: thickness and speed must come in through a line, got polygons in {where}, which have no "
                          "width across the flow: draw a line across the channel, or give the column discharge [m3/s]")
-    speed = _checked(table, "speed", "speed")
-    discharge = _checked(table, "thickness", "length") * speed * shares.sum()
+    speed, thickness = _checked(table, "speed", "speed"), _checked(table, "thickness", "length")
+    caution_values(speed, f"{table.path}: speed", 0.0, FASTEST, "in m/s, and 36 km/h are 10")
+    caution_values(thickness, f"{table.path}: thickness", 0.0, THICKEST, "in m, and 200 cm are 2")
+    discharge = thickness * speed * shares.sum()
     along: Any = [OverTime(part, times, speed) for part in line.directions]
     return LineInflow(OverTime(over_area, times, discharge), solid, *along)  # type: ignore[arg-type]
 

@@ -1,6 +1,7 @@
 """Hydrographs on a terrain: discharge through polygons and lines, thickness and speed through lines; mistakes in them."""
 
 import json
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -138,6 +139,19 @@ BOTH = "t [s],discharge [m3/s],thickness [m],speed [m/s],phi [-]"
 def test_a_table_without_one_discharge_says_why(tmp_path, header, row, area, words):
     with pytest.raises(ValueError, match=words):
         flow(tmp_path, [(t, *row) for t in (0.0, 4.0)], area, terrain(gaps=False), header)
+
+
+@pytest.mark.parametrize(("header", "largest", "area", "words"), [
+    ("discharge [m3/s]", "20000", SKEW, None), ("discharge [m3/s]", "40000", SKEW, "discharge is 40000, and plausible from 0 to 33000"),
+    ("discharge [m3/s]", "15000", rectangle(20.0, 40.0, 30.0, 50.0), None), ("discharge [l/s]", "15000000", rectangle(20.0, 40.0, 30.0, 50.0), None),
+    ("discharge [m3/s]", "15000000", rectangle(20.0, 40.0, 30.0, 50.0), "1000 l/s are 1"),
+    ("thickness [m],speed [m/s]", "20,60", SKEW, None), ("thickness [cm],speed [km/h]", "200,200", SKEW, None),
+    ("thickness [m],speed [m/s]", "200,6", SKEW, "thickness is 200.*200 cm are 2"),
+    ("thickness [m],speed [m/s]", "2,200", SKEW, "speed is 200, .*36 km/h are 10")])
+def test_a_flow_in_another_unit_is_warned_of(tmp_path, header, largest, area, words):
+    first = ",".join("0" * (1 + header.count(",")))
+    with pytest.warns(UserWarning, match=words) if words else nullcontext():
+        flow(tmp_path, [(0.0, first, 0.5), (4.0, largest, 0.5)], area, level(), f"t [s],{header},phi [-]")
 
 
 def test_the_file_of_a_line_is_read_once(tmp_path, monkeypatch):
