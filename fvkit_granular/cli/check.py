@@ -2,6 +2,7 @@
 
 import argparse
 import warnings
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from fvkit.cli import SUCCESS, add_command
 from fvkit.files import usable_folder
 from fvkit.output.figures import save_all
 from fvkit.pointwise.part import public_name
+from fvkit.problem.directions import SIDES
 from fvkit_granular.cli.options import one_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.models.slope import SteepSlopeWarning, said_of, within_reach
@@ -105,8 +107,6 @@ def _picture(scene: Scene) -> Any:
     if scene.watch.path:
         axes.plot(*np.array(scene.watch.path).T, color="#CC79A7", linewidth=1.5, linestyle="--")
         axes.annotate("path", scene.watch.path[0], xytext=(6, -10), textcoords="offset points", fontsize=9)
-    places = {"west": (0.01, 0.5, 90), "east": (0.97, 0.5, 90), "south": (0.5, 0.01, 0), "north": (0.5, 0.965, 0)}
-    for (side, (x, y, turn)), condition in zip(places.items(), scene.boundary, strict=True):
-        axes.text(x, y, f"{side}: {public_name(condition)}", transform=axes.transAxes, rotation=turn, fontsize=8, va="bottom",
-                  bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0})
+    axes.figure.supxlabel(", ".join(f"{side}: {public_name(condition)}" for side, condition in zip(
+        chain.from_iterable(SIDES), scene.boundary, strict=True)), fontsize=8)
     return axes.figure
