@@ -6,7 +6,7 @@ sqrt(1 + s^2) along the slope s and left alone across it: they are then those al
 preferred direction. A level bottom leaves every bit. Derived here.
 """
 
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, ClassVar
 
 import attrs
@@ -228,10 +228,7 @@ def turned_aside(model, state, slopes, root, turning, bearing, dt):
 
 def stretching(slopes):
     """Return 1 + s^2 of the steepest slope s: the square of the length of the bottom over its length on the map."""
-    total = 1.0
-    for slope in slopes:
-        total = total + slope * slope
-    return total
+    return reduce(lambda total, slope: total + slope * slope, slopes, 1.0)
 
 
 def stretched(model, state, slopes, root):
