@@ -73,14 +73,9 @@ def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
 
 @attrs.frozen(eq=False)
 class Field:
-    """A field of a source that varies over the grid.
+    """A field ``name`` of a source that varies over the grid; ``position`` is that of the source among those of the problem.
 
-    Parameters
-    ----------
-    source, position : the source, and its place among those of the problem.
-    name : of the field.
-    components : rows that it has, None for one number per cell.
-    grid : where.
+    It has as many rows as ``components``, None for one number per cell.
     """
 
     source: Any

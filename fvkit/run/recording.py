@@ -71,10 +71,7 @@ class InMemory(Snapshots):
 class NetcdfStream(Snapshots):
     """Outputs streamed to a netCDF file; only the first and the last state stay in memory.
 
-    Parameters
-    ----------
-    path : path that ends in .nc; until the end of the run the file is called NAME.part.nc.
-    problem, scheme : problem and scheme of the run, for the configuration stored before the run ends.
+    Until the end of the run the file is called NAME.part.nc, and has the configuration of problem and scheme before a run.
     """
 
     def __init__(self, path: Path, problem: Problem, scheme: Scheme) -> None:

@@ -155,11 +155,8 @@ class PlannedRun(NamedTuple):
 
 def runs_of(problems: Sequence[tuple[str, ProblemOf, Problem]], schemes: Sequence[Scheme] | None, cells: tuple[int, ...]
             ) -> list[PlannedRun]:
-    """Return the runs of each problem with every scheme that serves it, the default ones where ``schemes`` is None.
-
-    Parameters
-    ----------
-    problems : label, problem by the number of cells, and the problem on the first grid.
+    """Return the runs of each problem (its label, problem by the number of cells, and the problem on the first grid) with every
+    scheme that serves it, the default ones where ``schemes`` is None.
     """
     runs: list[PlannedRun] = []
     refusals = ["there are none"]

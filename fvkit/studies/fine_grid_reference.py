@@ -59,17 +59,10 @@ def fine_scheme(model: Model, high_order: bool) -> Scheme:
 
 def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, cells: tuple[int, ...], backend: str,
                         seconds: float | None, tell: Callable[[str], None]) -> FineGrid:
-    """Return a run on ``REFINEMENT`` times the finest grid, or on the finest grid that is affordable.
+    """Return a run on ``REFINEMENT`` times the finest grid of ``cells``, or on the finest grid that is affordable.
 
     Two coarser runs, and with a budget as many as it takes, predict the cost of the next one and the distance of the last to
-    converged.
-
-    Parameters
-    ----------
-    problem_of : number of cells -> `fvkit.Problem`.
-    cells : those of the runs that are to be measured.
-    seconds : their budget; the reference, ``REFINEMENT`` times as fine, may take the square of that longer, with two axes
-        the cube.
+    converged. Where the measured runs have a budget of ``seconds`` it has ``REFINEMENT``^2 times that, with two axes ^3.
     """
     wanted = REFINEMENT * max(cells)
     ladder = [wanted, wanted // 2, wanted // 4]

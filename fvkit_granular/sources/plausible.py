@@ -7,14 +7,8 @@ import numpy as np
 
 
 def caution(source: Any, name: str, least: float, most: float, mistake: str) -> None:
-    """Warn where a number, or cell averages, of a part lie outside of least..most; a function of x is not looked at.
-
-    Parameters
-    ----------
-    source : the source, or another part.
-    name : its field.
-    least, most : plausible range.
-    mistake : the likely mistake, and the fix.
+    """Warn where a number, or cell averages, of a source or another part lie outside of least..most, of the likely ``mistake``
+    and its fix; a function of x is not looked at.
     """
     value = getattr(source, name)
     strange = np.array([] if callable(value) else [item for item in np.ravel(value) if not least <= item <= most])

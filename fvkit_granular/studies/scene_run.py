@@ -173,13 +173,7 @@ class SceneRun:
 
 @attrs.frozen(eq=False)
 class Scaled:
-    """The initial flow of a scene with a factor on each of some values.
-
-    Parameters
-    ----------
-    scene : whose flow it is.
-    factors : {name: factor}.
-    """
+    """The initial flow of a scene with a factor on each of some values, {name: factor}."""
 
     of_release: ClassVar[bool] = True  #: a scene may have it beside its release
 

@@ -269,11 +269,6 @@ class Generator(Ends):
 def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None, varies: list[bool]) -> Source:
     """Return the text of the kernel's own part: ``tile`` and ``ghosts``, and for a staged scheme ``opening``, ``finish`` and,
     with implicit sources, ``source_tile``. ``varies`` marks the given functions that are not zero everywhere.
-
-    Raises
-    ------
-    Untraceable
-        With function, file and line of a stage of a scheme that only whole arrays can run.
     """
     generator = Generator(problem, scheme, parts, plan, varies)
     pieces, blocks, rows = [located(generator.tile), located(generator.ghosts)], generator.blocks, generator.rows

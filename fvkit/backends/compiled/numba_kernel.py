@@ -68,13 +68,7 @@ class Scratch(NamedTuple):
 
 
 class NumbaKernel(Kernel):
-    """Runs steps in compiled code; new parameter values never recompile.
-
-    Raises
-    ------
-    fvkit.pointwise.tracing.Untraceable
-        If a pointwise function does what only whole arrays can do, naming method, file and line.
-    """
+    """Runs steps in compiled code; new parameter values never recompile."""
 
     name: ClassVar[str] = "numba"
 

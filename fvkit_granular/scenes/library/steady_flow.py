@@ -60,12 +60,7 @@ def profile(name: str) -> "MovingEquilibrium":
 
 
 def steady_scene(name: str) -> Scene:
-    """E6, E7: a steady flow over a bump, which stays for ever.
-
-    Parameters
-    ----------
-    name : one of ``STEADY``.
-    """
+    """E6, E7: a steady flow over a bump, one of ``STEADY``, which stays for ever."""
     flow = profile(name)
     return Scene(flow.interval, 1.0, flow.at, bottom=flow.bottom, name=name, description=STEADY[name],
                  reference=FunctionReference("exact", "the initial state, a steady flow (3.8), for ever", at=flow.at))
@@ -74,9 +69,7 @@ def steady_scene(name: str) -> Scene:
 def perturbed_moving(eps: float = 1e-3) -> Scene:
     """A small wave on a steady flow with slip, the kind of test of the paper's Section 10.
 
-    Parameters
-    ----------
-    eps : height of the wave, m; 1e-2 to 1e-6 show what a scheme resolves.
+    Heights ``eps`` of the wave of 1e-2 to 1e-6 m show what a scheme resolves.
     """
     slipping = profile("moving-slip")
 
