@@ -67,7 +67,7 @@ class CrossSection(SeriesObserver):
     """
 
     line: Any = attrs.field(converter=_place_or_line)
-    _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
+    _pieces: Any = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
@@ -83,8 +83,6 @@ class CrossSection(SeriesObserver):
         self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        if self._pieces is None:
-            raise RuntimeError("`begin` must be called first")
         cells, normals = self._pieces
         here = q.reshape(len(q), -1)[:, cells]
         through = np.zeros(len(self._names))
