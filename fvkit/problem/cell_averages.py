@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import validation
-from fvkit.problem.grid import NAMES, Axis, Grid
+from fvkit.problem.grid import NAMES, Grid
 
 #: Nodes in a cell along an axis: exact for polynomials of degree 9, so that averages never limit a scheme here.
 NODES = 5
@@ -29,7 +29,7 @@ def cell_averages(function: Callable[..., Any], grid: Grid, rows: int | None, na
     Of x (m,) it returns (rows, m), or (m,) and scalars when ``rows`` is None; with two axes of x and y, each (my, mx). Messages
     call it ``name``; its own exceptions pass through.
     """
-    nodes = [_nodes(axis) for axis in grid.axes]
+    nodes = [(axis.centers[:, None] + axis.dx * POINTS).ravel() for axis in grid.axes]
     if len(nodes) == 1:
         values = _values(function, nodes, rows, name)
         return values.reshape(*values.shape[:-1], grid.num_cells, NODES) @ WEIGHTS
@@ -43,10 +43,6 @@ def cell_averages(function: Callable[..., Any], grid: Grid, rows: int | None, na
         cells = values.reshape(*values.shape[:-2], -1, NODES, len(x) // NODES, NODES)
         parts.append(np.einsum("...abcd,b,d->...ac", cells, WEIGHTS, WEIGHTS))
     return np.concatenate(parts, axis=-2)
-
-
-def _nodes(axis: Axis) -> np.ndarray:
-    return (axis.centers[:, None] + axis.dx * POINTS).ravel()
 
 
 def _values(function: Callable[..., Any], places: list[np.ndarray], rows: int | None, name: str) -> np.ndarray:

@@ -26,7 +26,7 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
     What a function returns is validated when a `fvkit.Problem` averages it.
     """
     def convert(value: Any, field: Any) -> Any:
-        if _is_function(value):
+        if callable(value) and not isinstance(value, type):
             return value
         if validation.is_single(value):
             return validation.real(value, field.alias, hint=hint or "or cell averages, a function of x, or of (x, t)", **bounds)
@@ -43,10 +43,6 @@ def _is_map(value: Any) -> bool:
     if hasattr(value, "ndim"):
         return bool(value.ndim == 2 and value.size)
     return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(row, (list, tuple)) and row for row in value)
-
-
-def _is_function(value: Any) -> bool:
-    return callable(value) and not isinstance(value, type)
 
 
 def is_number(value: Any) -> bool:

@@ -23,11 +23,6 @@ def polyline(value: Any, name: str, hint: str = "") -> np.ndarray:
     return points
 
 
-def _place_or_line(value: Any) -> Any:
-    """Return a number x, or a polyline."""
-    return validation.real(value, "line") if validation.is_single(value) else polyline(value, "line", ", with one axis a place x")
-
-
 @attrs.define(eq=False)
 class CrossSection(SeriesObserver):
     """Cross-section: discharge of every mass through a line, and the volume that has passed; with one axis at a place x.
@@ -66,7 +61,8 @@ class CrossSection(SeriesObserver):
     -8.000000 -4.000000
     """
 
-    line: Any = attrs.field(converter=_place_or_line)
+    line: Any = attrs.field(converter=lambda value: validation.real(value, "line") if validation.is_single(value) else
+                            polyline(value, "line", ", with one axis a place x"))
     _pieces: Any = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
 

@@ -207,10 +207,6 @@ def _function(value: Any) -> Any:
     return value
 
 
-def _data(value: Any) -> Any:
-    return validation.mapping(value, "problem_data", "{'u': 1.0}")
-
-
 @attrs.frozen
 class PyClawRiemann(RiemannSolver):
     """PyClaw Riemann solver in Python, ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)``.
@@ -251,7 +247,8 @@ class PyClawRiemann(RiemannSolver):
     compilable: ClassVar[bool] = False
 
     function: Callable[..., Any] = attrs.field(converter=_function)
-    problem_data: Mapping[str, Any] = attrs.field(factory=dict, converter=_data, hash=False)
+    problem_data: Mapping[str, Any] = attrs.field(factory=dict, hash=False, converter=lambda value: validation.mapping(
+        value, "problem_data", "{'u': 1.0}"))
     fwave: bool = validation.switch(False)
 
     def solve(self, model, ql, qr, auxl, auxr, jump):

@@ -74,7 +74,8 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
     solutions: list[Solution] = []
     for count in reversed(ladder):
         tell(f"reference: {public_name(first.model)} {scheme_name(scheme)} N={count}")
-        if limit is not None and predicted(count, _costs(solutions), axes) > limit:
+        costs = [(run.grid.axes[0].num_cells, run.stats.seconds) for run in solutions]
+        if limit is not None and predicted(count, costs, axes) > limit:
             break
         try:
             solutions.append(solve(problem_of(count), scheme, limits=Limits(seconds=limit), backend=backend,
@@ -88,10 +89,6 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
     if found < wanted:
         detail += f"; N = {wanted} would take more than the {limit:g} s of the reference"
     return FineGrid(detail, solutions[-1])
-
-
-def _costs(solutions: list[Solution]) -> list[tuple[int, float]]:
-    return [(run.grid.axes[0].num_cells, run.stats.seconds) for run in solutions]
 
 
 def own_error(solutions: list[Solution]) -> str:

@@ -74,17 +74,12 @@ def perturbed_moving(eps: float = 1e-3) -> Scene:
     slipping = profile("moving-slip")
 
     def flow(x: np.ndarray) -> Mapping[str, Any]:
-        at = slipping.at(x)
-        return {**at, "h": at["h"] + eps * ripple(x)}
+        at, wave = slipping.at(x), np.where(np.abs(x - 2.0) < 0.5, np.cos(np.pi * (x - 2.0)) ** 2, 0.0)
+        return {**at, "h": at["h"] + eps * wave}
 
     return Scene(slipping.interval, 1.0, flow, bottom=smooth_bump, name="perturbed-moving",
                  description=f"wave of {eps:g} m on the steady flow of moving-slip (the paper's tests of this "
                  "kind have other, unknown data)")
-
-
-def ripple(x: np.ndarray) -> np.ndarray:
-    """Return the wave cos^2(pi (x - 2)) on |x - 2| < 0.5, its height 1."""
-    return np.where(np.abs(x - 2.0) < 0.5, np.cos(np.pi * (x - 2.0)) ** 2, 0.0)
 
 
 MOVING_SCENES: dict[str, Callable[[], Scene]] = {name: partial(steady_scene, name) for name in STEADY} | {
