@@ -62,6 +62,13 @@ class Report(ReportData):
     bottom : (x, b) on the finest grid, b (n,) or (ny, nx); None if flat.
     remarks : further information on the reference, {name: dict with a line of ``text``, or None}, for the table and
         report.json.
+
+    Examples
+    --------
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> report = gr.compare(gr.scene("dam-break"), [gr.ShallowWater], [fv.Roe(), fv.HLL()], cells=(50, 100), backend="numpy")
+    >>> report.reference["kind"], [(row["riemann"], row["cells"]) for row in report.rows]
+    ('exact', [('roe', 50), ('roe', 100), ('hll', 50), ('hll', 100)])
     """
 
     def table(self, wide: bool = False) -> str:

@@ -35,6 +35,16 @@ class WorkPrecision:
     seconds : {label of a series: time to reach each target, s, None if not reached}.
     easy : {label: for each target, whether even the coarsest run is more accurate, so that the time is an upper bound}.
     fastest : label of the fastest series of the full model for each target, None if no series reaches the target.
+
+    Examples
+    --------
+    >>> from fvkit.studies.work_precision import WorkPrecision
+    >>> seconds, easy = {"Roe": (0.001, 0.02), "HLL": (0.002, None)}, {"Roe": (True, False), "HLL": (False, False)}
+    >>> print(WorkPrecision("h", (1e-2, 1e-3), seconds, easy, fastest=("Roe", "Roe")))
+    ms to L1(h) =  1e-02  1e-03
+    -------------  -----  -----
+    Roe             [<1]   [20]
+    HLL               2      -
     """
 
     observable: str
