@@ -80,11 +80,12 @@ nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 
-# The scripts of examples/ are the gallery. Those that print tables for a page of their own are shown, not run.
+# The scripts of examples/ with a picture are the gallery, as they are; that of a page of its own is shown, not run.
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    "filename_pattern": r"/(?!order_tables|moving_equilibria|work_precision)\w+\.py$",
+    "ignore_pattern": r"/(order_tables|moving_equilibria)\.py$",
+    "filename_pattern": r"/(?!work_precision)\w+\.py$",
     "image_scrapers": ("gallery_scripts.pictures",),
     "reset_argv": "gallery_scripts.arguments",
     "within_subsection_order": "FileNameSortKey",
