@@ -154,7 +154,8 @@ class Writer:
         """Write the time-independent variables."""
         grid = self._grid
         self._file.dimensions = {"time": None, **dimensions(grid), "bounds": 2}
-        self._add("time", ("time",), TIME, chunks=(512,))
+        fixed = {name: np.bytes_(text) for name, text in TIME.items()}  # VTK, in ParaView, reads texts of fixed length alone
+        self._add("time", ("time",), fixed, chunks=(512,))
         for name, (dims, values, attributes) in coordinates(grid).items():
             self._add(name, dims, attributes)[:] = values
         mapping = self._map(kept)
@@ -183,7 +184,7 @@ class Writer:
         if error is not None:
             raise OSError(error.errno, f"{error.strerror}; the frames before are in the file", str(self.part)) from error
 
-    def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, str], **options: Any) -> Any:
+    def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, Any], **options: Any) -> Any:
         variable = self._file.create_variable(name, dims, float, **options)
         variable.attrs.update(attributes)
         return variable
