@@ -120,18 +120,11 @@ class Writer:
     Parameters
     ----------
     path : final path of the file. Until `finish` it is ``NAME.part.nc`` in the same folder, which contains every time level
-        added so far, even if the process is killed.
+        added so far, even if the process is killed. A ValueError where another run is writing to it; an OSError names it.
     model, grid, aux : model, grid and aux values of the states.
     q : (num_eqn, *grid.shape) any state.
     kept : preliminary configuration; `finish` replaces it.
     part : another temporary path, used by this writer alone.
-
-    Raises
-    ------
-    ValueError
-        If another run is writing to the temporary file.
-    OSError
-        If the disk is full or fails; the message contains the temporary file, which keeps the earlier time levels.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,

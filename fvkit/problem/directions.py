@@ -151,20 +151,9 @@ def vectors(model: Model) -> tuple[str, ...]:
 
 
 def in_plane(model: Model, along_x: Any, along_y: Any) -> np.ndarray:
-    """Return the state on a grid with two axes from those that the model has along each: masses of the first, momenta of both.
+    """Return the state on a grid with two axes from those that the model has along each: masses, momenta along x, those along
+    y.
 
-    Parameters
-    ----------
-    model : the equations.
-    along_x, along_y : (num_eqn, ...) conserved values, with the momenta along x and along y.
-
-    Returns
-    -------
-    numpy.ndarray
-        (rows, ...), momenta along x before those along y.
-
-    Examples
-    --------
     >>> import fvkit_granular as gr
     >>> water = gr.ShallowWater()
     >>> in_plane(water, water.conserved_from(2.0, vs=1.0, vf=1.0), water.conserved_from(2.0, vs=3.0, vf=3.0)).tolist()

@@ -51,11 +51,7 @@ class SteepSlopeWarning(UserWarning):
 def steepest(b: Any, dx: Any, wet: Any) -> float:
     """Return the largest slope |grad b| of the bottom over two wet cells, three faces; a cliff, even inside a cell, is none.
 
-    Parameters
-    ----------
-    b : (n,) or (ny, nx) cell averages of the bottom, m.
-    dx : length of a cell, m; with two axes that along x and along y.
-    wet : which cells count, of the shape of ``b``.
+    ``b`` are averages, m, and ``wet`` of its shape; ``dx`` is the length of a cell, m, with two axes that along x and along y.
     """
     heights, counting = np.asarray(b, dtype=float), np.asarray(wet)
     along = [np.moveaxis(_along_lines(np.moveaxis(heights, k, -1), np.moveaxis(counting, k, -1)), -1, k) / width
@@ -83,10 +79,7 @@ def within_reach(problem: Problem, g: float) -> float:
     """Return the steepest slope that a flow may reach: on ground below its highest total head h + b + v^2/(2g) at the start, that
     of flow which comes in at an end, or b + v^2/(2g) where a source brings mass to dry ground; 0 without a bottom or a depth.
 
-    Parameters
-    ----------
-    problem : the problem; conditions and sources that change in time are evaluated at `INSTANTS` times and at their breaks.
-    g : gravity, m/s^2.
+    Conditions and sources that change in time are evaluated at `INSTANTS` times and at their breaks.
     """
     aux, grid = problem.aux_averages, problem.grid
     seen = observables(problem.model, grid, problem.q0, aux)

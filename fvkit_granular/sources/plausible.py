@@ -9,14 +9,8 @@ from fvkit import validation
 
 
 def caution(source: Any, name: str, least: float, most: float, mistake: str) -> None:
-    """Warn where a number, or cell averages, of a part lie outside of least..most; a function of x is not looked at.
-
-    Parameters
-    ----------
-    source : the source, or another part.
-    name : its field.
-    least, most : plausible range.
-    mistake : the likely mistake, and the fix.
+    """Warn where a number, or cell averages, of a source or another part lie outside of least..most, of the likely ``mistake``
+    and its fix; a function of x is not looked at.
     """
     value = getattr(source, name)
     caution_values([] if callable(value) else value, f"`{name}` of {type(source).__name__}", least, most, mistake)
