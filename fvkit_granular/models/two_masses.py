@@ -41,13 +41,6 @@ class TwoMasses(ShallowFlow, ABC):
        (css - vs^2, 2 vs, csf, 0), which determines the eigenvectors.
     4. ``at_state(state, v)`` and ``cross`` are those of masses coupled by pressure alone; a subclass adds further terms.
     5. ``flux``, ``balanced_difference`` and ``eigenvalues`` are defined by the subclass.
-
-    Parameters
-    ----------
-    g : gravity, m/s^2, positive.
-    gamma : density ratio of the second mass to the first, in (0, 1).
-    dry : depth of a mass, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; with smaller values ever thinner films limit the time step.
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
