@@ -79,14 +79,8 @@ class WorkPrecision:
 
 def work_precision(series: Mapping[str, Sequence[Row]], observable: str, full: Sequence[str],
                    targets: Sequence[float] | None = None) -> WorkPrecision:
-    """Return the run time of every series for every target error.
-
-    Parameters
-    ----------
-    series : {label: rows}.
-    observable : observable of the L1 error.
-    full : labels of the series of the full model, among which the fastest is determined.
-    targets : errors; None for the powers of ten within the range of errors of the runs.
+    """Return the run time of every series, {label: rows}, for every target error: None for the powers of ten within the range
+    of errors of the runs. The fastest is that of the series in ``full``, those of the full model.
     """
     finished = {label: [row for row in rows if observable in row["error"]] for label, rows in series.items()}
     finished = {label: rows for label, rows in finished.items() if rows}

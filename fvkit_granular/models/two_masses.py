@@ -41,6 +41,7 @@ class TwoMasses(ShallowFlow, ABC):
        (css - vs^2, 2 vs, csf, 0), which determines the eigenvectors.
     4. ``at_state(state, v)`` and ``cross`` are those of masses coupled by pressure alone; a subclass adds further terms.
     5. ``flux``, ``balanced_difference`` and ``eigenvalues`` are defined by the subclass.
+<<<<<<< HEAD
 
     Parameters
     ----------
@@ -62,6 +63,8 @@ class TwoMasses(ShallowFlow, ABC):
     array([-3.429, -0.401,  2.401,  5.429])
     >>> model.margin(q)
     array([0.1])
+=======
+>>>>>>> main
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")

@@ -134,7 +134,8 @@ class Bench:
         for case, rows in self.series().items():
             ours = Case("shallow-water", "roe", case.order, "numba", case.axes)
             if case.backend == "pyclaw":
-                pyclaw.append(f"PyClaw ({case.riemann}, order {case.order}) over our compiled Roe: {self._over(rows, ours, 1)} cells")
+                pyclaw.append(f"PyClaw ({case.riemann}, order {case.order}) over our compiled Roe: "
+                              f"{self._over(rows, ours, 1)} cells")
             elif case.order == 5 and (found := self._over(rows, case._replace(riemann="roe", order=2), 2)):
                 stages.append(f"{case.label}: a stage over a second-order Roe step: {found} cells")
         return pyclaw + stages
