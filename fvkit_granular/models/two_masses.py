@@ -41,14 +41,6 @@ class TwoMasses(ShallowFlow, ABC):
        (css - vs^2, 2 vs, csf, 0), which determines the eigenvectors.
     4. ``at_state(state, v)`` and ``cross`` are those of masses coupled by pressure alone; a subclass adds further terms.
     5. ``flux``, ``balanced_difference`` and ``eigenvalues`` are defined by the subclass.
-<<<<<<< HEAD
-
-    Parameters
-    ----------
-    g : gravity, m/s^2, positive.
-    gamma : density ratio of the second mass to the first, in (0, 1).
-    dry : depth of a mass, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; with smaller values ever thinner films limit the time step.
 
     Examples
     --------
@@ -63,8 +55,6 @@ class TwoMasses(ShallowFlow, ABC):
     array([-3.429, -0.401,  2.401,  5.429])
     >>> model.margin(q)
     array([0.1])
-=======
->>>>>>> main
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
