@@ -56,7 +56,7 @@ def nearly_dry(parts, ql, qr, auxl, auxr):
 
 
 def sees_separation(parts):
-    """Whether a phase that parts too fast needs the fallback, see `SEPARATING`. HLL and Rusanov spread it enough by themselves."""
+    """Whether a phase that parts too fast needs the fallback, see `SEPARATING`; HLL and Rusanov spread enough by themselves."""
     return parts.reconstruction is not None or (parts.across > 0 and parts.riemann.eigenvectors)
 
 
