@@ -19,12 +19,7 @@ from fvkit.output.results import Results
 
 @attrs.frozen
 class Film(os.PathLike):
-    """An animation in a file, which notebooks play.
-
-    Parameters
-    ----------
-    path : the .gif or .mp4 file; ``open`` and everything else that takes a path takes the film itself.
-    """
+    """An animation in a .gif or .mp4 file, which notebooks play; ``open`` and everything else that takes a path takes it."""
 
     path: Path
 

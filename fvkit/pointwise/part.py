@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from functools import wraps
 from inspect import get_annotations
 from math import nan
 from typing import Any, ClassVar
@@ -82,6 +83,15 @@ def default(method: Any) -> Any:
     """Mark a method of an abstract base as a default, which `Part.defines` does not count as defined."""
     method.is_default = True
     return method
+
+
+def optional(method: Any) -> Any:
+    """Mark a method of an abstract base that has no body as a default: nobody calls it where it is not defined."""
+    @wraps(method)
+    def missing(self: Any, *arguments: Any) -> Any:
+        raise NotImplementedError(f"{type(self).__name__} defines no `{method.__name__}`")
+
+    return default(missing)
 
 
 def public_name(part: Any) -> str:

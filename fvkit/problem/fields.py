@@ -26,7 +26,7 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
     What a function returns is validated when a `fvkit.Problem` averages it.
     """
     def convert(value: Any, field: Any) -> Any:
-        if _is_function(value):
+        if callable(value) and not isinstance(value, type):
             return value
         if validation.is_single(value):
             return validation.real(value, field.alias, hint=hint or "or cell averages, a function of x, or of (x, t)", **bounds)
@@ -43,10 +43,6 @@ def _is_map(value: Any) -> bool:
     if hasattr(value, "ndim"):
         return bool(value.ndim == 2 and value.size)
     return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(row, (list, tuple)) and row for row in value)
-
-
-def _is_function(value: Any) -> bool:
-    return callable(value) and not isinstance(value, type)
 
 
 def is_number(value: Any) -> bool:
@@ -73,14 +69,9 @@ def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
 
 @attrs.frozen(eq=False)
 class Field:
-    """A field of a source that varies over the grid.
+    """A field ``name`` of a source that varies over the grid; ``position`` is that of the source among those of the problem.
 
-    Parameters
-    ----------
-    source, position : the source, and its place among those of the problem.
-    name : of the field.
-    components : rows that it has, None for one number per cell.
-    grid : where.
+    It has as many rows as ``components``, None for one number per cell.
     """
 
     source: Any

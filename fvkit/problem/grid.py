@@ -1,13 +1,12 @@
 """`Grid` and its `Axis`: intervals and rectangles cut into equal cells."""
 
-from collections.abc import Callable
 from math import prod
 from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
 
-from fvkit.validation import field, integer, number, real, whole
+from fvkit.validation import field, integer, number, per_axis, real, whole
 
 #: Names of the axes of a grid.
 NAMES = ("x", "y")
@@ -80,13 +79,6 @@ class Axis:
         return 0.5 * (edges[:-1] + edges[1:])
 
 
-def _of_axes(value: Any, name: str, each: Callable[..., Any], hint: str, **rules: Any) -> Any:
-    """Return a number, or one number per axis, checked by ``each``."""
-    if not isinstance(value, (tuple, list)) or len(value) != len(NAMES):
-        return each(value, name, hint=f"{hint}, or a pair (x, y) for a grid with two axes", **rules)
-    return tuple(each(item, f"{name}[{k}]", hint=hint, **rules) for k, item in enumerate(value))
-
-
 @attrs.frozen
 class Grid:
     """A uniform grid: equal cells on an interval, or equal rectangles on a rectangle.
@@ -116,9 +108,9 @@ class Grid:
     (10, 50)
     """
 
-    lower: Any = field(_of_axes, each=real, hint="a number in m")
-    upper: Any = field(_of_axes, each=real, hint="a number in m")
-    num_cells: Any = field(_of_axes, each=whole, at_least=1, hint="the number of cells")
+    lower: Any = field(per_axis, each=real, hint="a number in m")
+    upper: Any = field(per_axis, each=real, hint="a number in m")
+    num_cells: Any = field(per_axis, each=whole, at_least=1, hint="the number of cells")
     axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:

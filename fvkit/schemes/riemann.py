@@ -10,7 +10,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise import TINY, add, combine, least, maximum, scale, subtract, where
-from fvkit.pointwise.part import Part, default
+from fvkit.pointwise.part import Part, optional
 from fvkit.problem.answers import face_speeds, mass_flux
 from fvkit.problem.model import Model
 from fvkit.problem.questions import RIEMANN
@@ -57,12 +57,11 @@ class RiemannSolver(Part, ABC):
     def solve(self, model, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of a face with total fluctuation ``jump``: tuples with one entry per wave family."""
 
-    @default
+    @optional
     def total(self, ql, qr, auxl, auxr):
         """Return the sum of the waves, one value per component, for a solver that does not use the model's jump.
 
         Optional. If the flux of the model differs from the sum, the run is first order and warns."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `total`: its waves add up to the jump of the model")
 
     @classmethod
     def serves(cls, model: Model | type[Model]) -> bool:
@@ -208,10 +207,6 @@ def _function(value: Any) -> Any:
     return value
 
 
-def _data(value: Any) -> Any:
-    return validation.mapping(value, "problem_data", "{'u': 1.0}")
-
-
 @attrs.frozen
 class PyClawRiemann(RiemannSolver):
     """PyClaw Riemann solver in Python, ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)``.
@@ -252,7 +247,8 @@ class PyClawRiemann(RiemannSolver):
     compilable: ClassVar[bool] = False
 
     function: Callable[..., Any] = attrs.field(converter=_function)
-    problem_data: Mapping[str, Any] = attrs.field(factory=dict, converter=_data, hash=False)
+    problem_data: Mapping[str, Any] = attrs.field(factory=dict, hash=False, converter=lambda value: validation.mapping(
+        value, "problem_data", "{'u': 1.0}"))
     fwave: bool = validation.switch(False)
 
     def solve(self, model, ql, qr, auxl, auxr, jump):

@@ -251,13 +251,7 @@ def advected(ql, qr):
 
 
 def primitive(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the primitive variables hs, vs, hf, vf of q (4, n), each (n,).
-
-    Raises
-    ------
-    ValueError
-        If a mass is absent anywhere, since eigenvectors do not exist there.
-    """
+    """Return hs, vs, hf, vf of q (4, n); a ValueError if a mass is absent anywhere, since no eigenvectors exist there."""
     hs, ms, hf, mf = np.asarray(q, dtype=float)
     if not ((hs > 0.0).all() and (hf > 0.0).all()):
         raise ValueError("`q` must have both phases present (hs > 0 and hf > 0): the eigenvectors do not exist else")

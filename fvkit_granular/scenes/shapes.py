@@ -30,9 +30,7 @@ def _over(value: Any) -> Any:
 class Shape(ABC):
     """Abstract function of x, or of x and y, m, made of numbers.
 
-    Parameters
-    ----------
-    over : with two axes the coordinate that it varies over: "x" (None), "y", or a point (x, y) for the distance from it, m.
+    With two axes it varies ``over`` the coordinate "x" (None), "y", or the distance from a point (x, y), m.
     """
 
     over: Any = attrs.field(default=None, kw_only=True, converter=_over)

@@ -32,14 +32,7 @@ COARSER = (1, 2, 4)
 
 @attrs.frozen
 class Effort:
-    """What a run on a terrain will take: an estimate from the relief below the release.
-
-    Parameters
-    ----------
-    steps : number of steps.
-    speed : speed behind it, m/s.
-    cells : number of cells.
-    """
+    """What a run on a terrain will take, by the relief below the release: steps, the speed behind them, m/s, and cells."""
 
     steps: float
     speed: float

@@ -138,12 +138,8 @@ def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | 
 def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
     """Return abs(computed - reference) of each observable at the end of a run, {name: array of cells}.
 
-    Where the reference or the run is almost dry only depths are compared; other differences are 0.
-
-    Parameters
-    ----------
-    solution : the run.
-    averages : cell averages of the reference, of the shape of a state, for the model of the run.
+    ``averages`` of the reference have the shape of a state of the run's model. Where the reference or the run is almost dry only
+    depths are compared; other differences are 0.
     """
     wanted, found = observables(solution.model, solution.grid, averages, solution.aux), solution.observables()
     deep = np.minimum(found["h"], wanted["h"]) > DEEP * wanted["h"].max()

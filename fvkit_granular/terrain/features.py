@@ -81,7 +81,11 @@ def read_features(source: Any, terrain: Terrain) -> list[Feature]:
 
     Its CRS must be that of the terrain, where both are known.
     """
-    where, given = read_geometries(source, terrain)
+    return features_of(*read_geometries(source, terrain))
+
+
+def features_of(where: str, given: list[tuple[Any, Any]]) -> list[Feature]:
+    """Return the features of what `read_geometries` has read, or raise as `read_features` does."""
     features = [_feature(where, number, geometry, attributes) for number, (geometry, attributes) in enumerate(given, 1)]
     if not features:
         raise ValueError(f"{where} must have a feature, got none")

@@ -140,8 +140,9 @@ def test_check_draws_the_cells_of_a_hydrograph(tmp_path):
     (tmp_path / "inflow.csv").write_text("t [s],discharge [m3/s],phi [-]\n0,1,0.5\n9,1,0.5\n")
     here = {"type": "Polygon", "coordinates": [[[1010.0, 2005.0], [1020.0, 2005.0], [1020.0, 2010.0], [1010.0, 2010.0], [1010.0, 2005.0]]]}
     scene = gr.Scene(terrain=terrain, t_end=9.0, sources=gr.read_hydrograph(tmp_path / "inflow.csv", here, terrain))
-    marks = [line.get_xydata().tolist() for line in check._picture(scene).axes[0].get_lines()]
-    assert marks == [[[1012.5, 2007.5], [1017.5, 2007.5]]]
+    picture = check._picture(scene)
+    assert [line.get_xydata().tolist() for line in picture.axes[0].get_lines()] == [[[1012.5, 2007.5], [1017.5, 2007.5]]]
+    assert picture.get_supxlabel() == "west: outflow, east: outflow, south: outflow, north: outflow"  # below the map, however narrow
 
 
 #: {fault: (file, what is changed: (old, new), a new content, or None for no file; words of the sentence)}.

@@ -66,9 +66,7 @@ def separations(model, ql, qr, auxl, auxr):
     sounds = []
     for q, aux, found in ((ql, auxl, left), (qr, auxr, right)):
         low, high = wave_speeds(model, q, aux)
-        slip = 0.0
-        for v in found[1:]:
-            slip = maximum(slip, np.abs(v - found[0]))
+        slip = reduce(maximum, [np.abs(v - found[0]) for v in found[1:]], 0.0)
         sounds.append(0.5 * maximum((high - low) - slip, 0.0))
     return [(after - before, minimum(*sounds)) for before, after in zip(left, right, strict=True)]
 
@@ -129,9 +127,7 @@ def blend_with_relaxation(parts, ratio, ql, qr, auxl, auxr, left_going, right_go
 
     safe, other = kept(left_going), kept(relaxed)
     left = trusted(left_going, add(other, multiply(share, subtract(safe, other))), relaxed)
-    top = where(some, fastest, 0.0)
-    for speed in their_speeds:
-        top = maximum(top, np.abs(speed))
+    top = reduce(maximum, map(np.abs, their_speeds), where(some, fastest, 0.0))
     rest = rest_of(parts, jump, left)
     right = trusted(right_going, rest, rest)
     result = {"left_going": left, "right_going": right, SPEED: where(own, fastest, top)}

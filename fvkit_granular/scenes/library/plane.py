@@ -70,12 +70,7 @@ def two_phase_vortex() -> Scene:
 
 
 def radial_dam_break(outside: float = 0.5) -> Scene:
-    """A circular dam break.
-
-    Parameters
-    ----------
-    outside : depth outside of the dam, m.
-    """
+    """A circular dam break; the depth ``outside`` of the dam in m."""
     from fvkit_granular import exact
 
     solved = exact.RadialDamBreak(outside=outside)
