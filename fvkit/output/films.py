@@ -39,11 +39,6 @@ def animate(solution: Results, path: str | Path, kind: str | None = None, fps: i
     """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
 
     All frames have the same limits of the y axis, or of the colours of a map. Kind and options are those of `Solution.plot`.
-
-    Raises
-    ------
-    ValueError
-        For another file extension, or for .mp4 without ffmpeg.
     """
     draw = partial(drawing(solution, kind), **{**enlarged(solution, kind, **options), **options})
     target = checked_film(path)

@@ -50,7 +50,7 @@ class Stats:
     deepest_nonhyperbolic : largest depth at those pairs, m, to a micrometre; 0 for models without a depth.
     mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to the total mass of all
         components where this component is initially zero. It is empty, as are the next two, for a model without
-        `Model.phases`, which does not say what its masses are.
+        ``phases``, which does not say what its masses are.
     entered_by_sources : {mass: net mass added by sources such as rain}, integrated over the grid.
     entered : mass balance, {side or source: {mass: net mass that came in there}}, negative where more has left: through "left",
         "right" and by "sources", all together; with two axes through "west", "east", "south", "north" and by each source of

@@ -1,7 +1,7 @@
 """`Part`: what every pluggable piece (model, solver, limiter, boundary, source) has in common."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import wraps
 from inspect import get_annotations
 from math import nan
@@ -54,6 +54,14 @@ class Part:
         """Whether this class answers ``name`` itself instead of leaving the default of its abstract base."""
         mine = getattr(cls, name, None)
         return mine is not None and not getattr(mine, "is_default", False)
+
+
+def seen_as(part: Any, values: Mapping[str, Any]) -> Any:
+    """Return a copy of a part with some of its fields replaced; no converter is called."""
+    result: Any = object.__new__(type(part))
+    for field in attrs.fields(type(part)):
+        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(part, field.name))
+    return result
 
 
 @attrs.frozen

@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 
 from fvkit import validation
-from fvkit.pointwise.part import Wrapper
+from fvkit.pointwise.part import Wrapper, seen_as
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
@@ -160,7 +160,7 @@ def with_numbers(source: Any, found: Sequence[Any], t: float) -> Any:
     """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
     own = [field for field in found if field.source is source]
     first = {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own}
-    return seen_as(source, type(source), first)
+    return seen_as(source, first)
 
 
 def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any, ...]:
@@ -176,14 +176,6 @@ def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any
 
 def _values(rows: Any, components: int | None) -> Any:
     return rows[0] if components is None else tuple(rows)
-
-
-def seen_as(part: Any, kind: Any, values: dict[str, Any]) -> Any:
-    """Return a part of class ``kind`` with the same fields, some of them replaced; no converter is called."""
-    result: Any = object.__new__(kind)
-    for field in type(part).__attrs_attrs__:
-        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(part, field.name))
-    return result
 
 
 @attrs.frozen(repr=False)
@@ -206,6 +198,6 @@ class OnGrid(Wrapper):
             aux = arguments[at[0]]
             values = {field: _values(aux[row:row + (count or 1)], count) for field, row, count in self.places}
             given = [item[:self.own] if k == at[0] else item for k, item in enumerate(arguments)]
-            return getattr(seen_as(self.part, type(self.part), values), name)(*given)
+            return getattr(seen_as(self.part, values), name)(*given)
 
         return answer

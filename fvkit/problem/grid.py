@@ -30,19 +30,7 @@ class Side(NamedTuple):
 
 @attrs.frozen
 class Axis:
-    """A direction of a grid: ``num_cells`` equal cells on [lower, upper].
-
-    Parameters
-    ----------
-    lower, upper : ends of the interval, m, lower < upper.
-    num_cells : number of cells, at least 1.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If an end is not finite, the interval is empty or reversed, ``num_cells`` is not a whole number, or so large that
-        cells cannot be told apart.
-    """
+    """A direction of a grid: ``num_cells`` >= 1 equal cells on [lower, upper], m."""
 
     lower: float = number()
     upper: float = number()
@@ -96,7 +84,8 @@ class Grid:
     Raises
     ------
     ValueError, TypeError
-        As `Axis`, or if one argument is a pair and another is not.
+        If an end is not finite, an interval is empty or reversed, a number of cells is not whole, or so large that cells
+        cannot be told apart, or one argument is a pair and another is not.
 
     Examples
     --------

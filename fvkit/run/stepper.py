@@ -236,7 +236,7 @@ class Stepper:
             where = f", so far {deepest:.3g} m deep" * (deepest > 0.0)
         warnings.warn(f"characteristic speeds are complex from t = {march.lost_time:.6g} on, first at "
                       f"{place}{where}: the problem is ill-posed there and does not converge. "
-                      "stats.nonhyperbolic_faces counts; nonhyperbolic='raise' stops, 'ignore' is silent.",
+                      "stats.nonhyperbolic_faces counts such faces; nonhyperbolic='raise' stops the run, 'ignore' hides this.",
                       RuntimeWarning, stacklevel=3)
 
     @property

@@ -60,7 +60,7 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
     name : name of the problem in the report.
     repeats : number of repeats of each run, interleaved, after a warm-up; the report has median and minimum.
     backend : as for `fvkit.solve`.
-    seconds : wall time that one run may take, s. Runs expected to take longer, from coarser ones, are skipped, others
+    seconds : time limit per run, s. Runs expected to take longer, from coarser ones, are skipped, others
         are stopped: rows with the status ``"over_budget"``.
     progress : function called with a line of text before each run.
 

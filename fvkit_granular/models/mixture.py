@@ -11,7 +11,17 @@ from fvkit_granular.models.wet_dry import TINY, bed_step, upper
 
 @attrs.frozen
 class Mixture(TwoMasses, ABC):
-    """Abstract model of a layer in which solid and fluid are mixed, with the flux and the pressure of (3.5)."""
+    """Abstract model of a layer in which solid and fluid are mixed, with the flux and the pressure of (3.5).
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> from fvkit_granular.models.mixture import Mixture
+    >>> [issubclass(model, Mixture) for model in (gr.TwoPhase, gr.PitmanLe, gr.TwoLayer)]
+    [True, True, False]
+    >>> [float(value) for value in gr.TwoPhase(g=10.0, gamma=0.5).flux((1.0, 0.0, 1.0, 0.0))]
+    [0.0, 7.5, 0.0, 5.0]
+    """
 
     def flux(self, q):
         hs, vs, hf, vf = self.layers(q)

@@ -32,7 +32,20 @@ INSTANTS = 17
 
 
 class SteepSlopeWarning(UserWarning):
-    """Warning: the ground is steeper than the range of the mild-slope equations, 15 degrees."""
+    """Warning: the ground is steeper than the range of the mild-slope equations, 15 degrees.
+
+    Examples
+    --------
+    Stop a script where it would go on with a warning:
+
+    >>> import warnings
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> grid, wet = fv.Grid(0.0, 100.0, 50), lambda x: [0.6 + 0.0 * x, 0.0 * x, 0.4 + 0.0 * x, 0.0 * x]
+    >>> warnings.simplefilter("error", gr.SteepSlopeWarning)
+    >>> fv.Problem(gr.TwoPhase(), grid, wet, 1.0, {"b": lambda x: -0.5 * x})
+    Traceback (most recent call last):
+    fvkit_granular.models.slope.SteepSlopeWarning: steepest slope 26.6 degrees: ...
+    """
 
 
 def steepest(b: Any, dx: Any, wet: Any) -> float:

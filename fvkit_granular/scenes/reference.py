@@ -114,6 +114,14 @@ class SelfConverged(Reference):
     kind : ``"self-converged"``.
     detail : one sentence: which scheme, how many cells.
     solution : a solution whose observables include h, phi, vs, vf.
+
+    Examples
+    --------
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> fine = fv.solve(gr.scene("dam-break").problem(gr.TwoPhase, 400), backend="numpy")
+    >>> reference = gr.SelfConverged("self-converged", "Relaxation, MC, 400 cells", solution=fine)
+    >>> reference.averages(gr.TwoPhase(), fv.Grid(-5.0, 5.0, 100), 0.5).shape
+    (4, 100)
     """
 
     solution: Solution = validation.field(

@@ -45,7 +45,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     schemes : `fvkit.WavePropagation` and `fvkit.MethodOfLines` with all their settings, in place of ``riemann``,
         ``limiter``, ``order`` and ``cfl``; each is run with every model that it serves.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
-    seconds : wall time that one run may take. Runs expected to take longer, from coarser ones, are skipped,
+    seconds : time limit per run, s. Runs expected to take longer, from coarser ones, are skipped,
         others are stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
         axes 64 times.
     progress : function that receives a line of text before each run.

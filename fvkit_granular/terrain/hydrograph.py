@@ -147,6 +147,8 @@ def _has_speed(table: Columns) -> bool:
 def _checked(table: Columns, name: str, measures: str, highest: float = np.inf) -> np.ndarray:
     """Return a column in SI units, (rows,), or raise ValueError, with the line, where it lies outside of 0..highest."""
     values = table.column(name, measures)
+    if name != "phi" and not values.any():
+        raise ValueError(f"{table.path}: {name} must be > 0 somewhere, got 0 in every line: nothing would come in")
     wrong = np.flatnonzero((values < 0.0) | (values > highest))
     if wrong.size:
         raise ValueError(f"{table.path}, line {table.lines[wrong[0]]}: {name} must be >= 0" + " and <= 1" * (highest == 1.0)

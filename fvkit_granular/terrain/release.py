@@ -57,6 +57,16 @@ class Release:
     phi : (ny, nx) solid fraction in [0, 1], 0 where nothing is released; None where it was not given.
     parts : what was released: ``name``, ``area``, ``thickness`` as given, ``volume`` on the terrain.
     measured : how the given thickness is measured, ``"vertical"`` or ``"normal"`` to the ground.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> terrain = gr.Terrain(fv.Grid((0.0, 0.0), (20.0, 10.0), (2, 1)), np.zeros((1, 2)))
+    >>> square = {"type": "Polygon", "coordinates": [[[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]]}
+    >>> release = gr.read_release(square, terrain, thickness=2.0, solid_fraction=0.6)
+    >>> release.thickness, release.phi, release.volume
+    (array([[2., 0.]]), array([[0.6, 0. ]]), 200.0)
     """
 
     terrain: Any = validation.field(validation.instance, kind=Terrain)

@@ -133,6 +133,9 @@ BOTH = "t [s],discharge [m3/s],thickness [m],speed [m/s],phi [-]"
     ("t [s],thickness [m],phi [-]", (1.0, 0.5), SKEW, "`column of .*flow.csv` must be one of t, thickness, phi; got 'speed'"),
     ("t [s],phi [-]", (0.5,), SKEW, "must be one of t, phi; got 'discharge'"),
     ("t [s],thickness [m],speed [m/s],phi [-]", (1.0, 2.0, 0.5), rectangle(20.0, 40.0, 30.0, 50.0), "thickness and speed must come in through a line, got polygons"),
+    ("t [s],thickness [m],speed [m/s],phi [-]", (0.0, 2.0, 0.5), SKEW, "thickness must be > 0 somewhere, got 0 in every line"),
+    ("t [s],thickness [m],speed [m/s],phi [-]", (2.0, 0.0, 0.5), SKEW, "speed must be > 0 somewhere"),
+    ("t [s],discharge [m3/s],phi [-]", (0.0, 0.5), SKEW, "discharge must be > 0 somewhere"),
     ("t [s],thickness [m],speed [m/s],phi [-]", (1.0, -2.0, 0.5), SKEW, "line 2: speed must be >= 0, got -2"),
     ("t [s],thickness [m],speed [m/s],phi [-]", (-1.0, 2.0, 0.5), SKEW, "line 2: thickness must be >= 0, got -1"),
     ("t [s],thickness [m],speed [mph],phi [-]", (1.0, 2.0, 0.5), SKEW, "column `speed` must be a speed in one of m/s, km/h; got speed \\[mph\\]")])

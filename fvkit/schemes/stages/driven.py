@@ -9,9 +9,11 @@ from functools import partial, reduce
 from operator import truediv
 from typing import Any
 
+import attrs
 import numpy as np
 
 from fvkit.pointwise import TINY, combine, maximum, minimum, rarely, subtract, where
+from fvkit.pointwise.part import Wrapper
 from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.problem.sources import acted
 from fvkit.schemes.scheme import NEW, PULLS, Read, Stage
@@ -178,23 +180,21 @@ def on_face(model, ql, qr, auxl, auxr):
     return tuple(result), speeds
 
 
-class Restrained:
+@attrs.frozen(repr=False)
+class Restrained(Wrapper):
     """A model whose balanced difference leaves out what friction holds back at a face, since that too is equilibrium.
 
     A viscosity would else carry a depth away whose push friction has taken.
     """
 
-    def __init__(self, model, whole, net):
-        self._model, self._whole, self._net = model, whole, net
-
-    def __getattr__(self, name):
-        return getattr(self._model, name)
+    whole: Any
+    net: Any
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         """Return the balanced difference of the model, of each phase as much as sources leave of its push."""
-        result = list(self._model.balanced_difference(ql, qr, auxl, auxr))
-        for masses, momentum in self._model.phases:
-            left = minimum(1.0, np.abs(self._net[momentum]) / (np.abs(self._whole[momentum]) + TINY))
+        result = list(self.part.balanced_difference(ql, qr, auxl, auxr))
+        for masses, momentum in self.part.phases:
+            left = minimum(1.0, np.abs(self.net[momentum]) / (np.abs(self.whole[momentum]) + TINY))
             for row in masses:
                 result[row] = left * result[row]
         return tuple(result)

@@ -1,4 +1,12 @@
-"""Built-in scenes, each with its reference and its provenance."""
+"""Built-in scenes, each with its reference and its provenance.
+
+Examples
+--------
+>>> import fvkit_granular as gr
+>>> scene = gr.scene("riemann")
+>>> scene.interval, scene.t_end, scene.known_reference().kind
+((-5.0, 5.0), 0.5, 'semi-exact')
+"""
 
 from functools import partial
 from typing import Any
