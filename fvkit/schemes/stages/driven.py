@@ -70,11 +70,10 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     start, free = with_across(model, before, tuple(after), bearing, around, ratio * parts.dx)
     end = acted(joint, model, start, free, bearing, aux, ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
-    low, high = wave_speeds(model, before, aux)
-    # The velocity of an absent phase is no slip.
-    slip = reduce(maximum, [where(minimum(mass, bearing[0]) > 0.0, np.abs(v - speeds[0]), 0.0)
-                            for mass, v in zip(bearing, speeds, strict=True)])
-    carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
+    # The sound of the face: half the range of speeds at rest, since slip widens it, and that of a film without speeds is none.
+    momenta = {phase.momentum for phase in phases}
+    low, high = wave_speeds(model, tuple([0.0 * item if k in momenta else item for k, item in enumerate(before)]), aux)
+    carries = 0.5 * (high - low) * reduce(maximum, map(np.abs, speeds))
     for k, (masses, momentum) in enumerate(phases):
         row, still = masses[-1], before[momentum] == 0.0
         still = still & (around[k][0] == 0.0) if around else still
