@@ -51,7 +51,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:class", r"abc\.ABC|enum\.Enum|fvkit\.pointwise\.part\.Part|fvkit\.testing\.common\.\w+"),
     ("py:class", r"fvkit\.problem\.open_ends\.(Given|Continued)|fvkit\.run\.observers\.SeriesObserver"),
-    ("py:class", r"fvkit\.output\.results\.Results"),
+    ("py:class", r"fvkit\.output\.results\.Results|fvkit\.studies\.report_data\.ReportData"),
     ("py:class", r"fvkit_granular\.models\.shallow_flow\.ShallowFlow"),
     # Modules without a page: named for those who read the code.
     ("py:obj", r"fvkit\.(backends|output|pointwise|problem|run|schemes|studies|sweeps|validation|files)\b.*"),
@@ -80,14 +80,16 @@ nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
 
-# The scripts of examples/ are the gallery. Those that print tables for a page of their own are shown, not run.
+# The scripts of examples/ with a picture are the gallery, as they are; that of a page of its own is shown, not run.
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    "filename_pattern": r"/(?!order_tables|moving_equilibria|work_precision)\w+\.py$",
+    "ignore_pattern": r"^(order_tables|moving_equilibria)\.py$",
+    "filename_pattern": r"/(?!work_precision)\w+\.py$",
     "image_scrapers": ("gallery_scripts.pictures",),
     "reset_argv": "gallery_scripts.arguments",
     "within_subsection_order": "FileNameSortKey",
+    "thumbnail_size": (860, 580),
     "download_all_examples": False,
     "show_memory": False,
     "write_computation_times": False,  # that page loads scripts from the network

@@ -77,7 +77,7 @@ def main(folder: Path, cells: int) -> None:
     print(f"the four shocks miss their jump conditions by {worst:.0e}")
     grid = fv.Grid((0.0, 0.0), (1.0, 1.0), (cells, cells))
     solution = fv.solve(fv.Problem(MODEL, grid, states, 0.8), fv.WavePropagation(fv.HLL()))
-    print(solution)
+    print(f"{solution.status.value}: t = {solution.t[-1]:g}, {solution.stats.steps} steps")
     rho = solution.q[-1][0]
     asymmetry = np.abs(rho - rho.T).mean() / rho.mean()
     print(f"mean distance of rho from its mirror image about the diagonal, over its mean: {asymmetry:.1e}")

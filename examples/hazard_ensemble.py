@@ -84,7 +84,8 @@ def main():
     far = result.outputs["front"]
     print(f"{int(result.finished.sum())} of {options.members} members in {result.elapsed:.1f} s; front from {np.nanmin(far):.1f} "
           f"to {np.nanmax(far):.1f} m, 10 % beyond {np.nanquantile(far, 0.9):.1f} m")
-    figure, axes = new_axes(1, 5, width=3.6, height=3.6)
+    figure, axes = new_axes(2, 3, width=3.6, height=3.6)
+    axes.pop().remove()
     draw(result, axes)
     figure.savefig(options.folder / "hazard_ensemble.png", dpi=110)
     print(f"written: {options.folder / 'hazard_ensemble.png'}, {result.save(options.folder / 'hazard_ensemble.csv')}")

@@ -48,8 +48,8 @@ def tell(solution: fv.Solution) -> None:
     slow = (np.abs(end["vs"]) < SLOW) & (end["h"] > THRESHOLD)
     volume = dx * end["h"]
     print(f"deposit (deeper than {THRESHOLD:g} m, grains slower than {SLOW:g} m/s): {volume[slow].sum():.0f} of "
-          f"{volume.sum():.0f} m^2, from x = {x[slow].min():.0f} to {x[slow].max():.0f} m, {end['h'][slow].mean():.2f} m deep; "
-          f"it still creeps, {np.median(np.abs(end['vs'][slow])):.2f} m/s in the median")
+          f"{volume.sum():.0f} m^2, from x = {x[slow].min():.0f} to {x[slow].max():.0f} m, {end['h'][slow].mean():.2f} m deep,\n"
+          f"creeping at {np.median(np.abs(end['vs'][slow])):.2f} m/s in the median")
     stats = solution.stats
     print(f"complex speeds at {stats.nonhyperbolic_faces} faces and steps, {stats.nonhyperbolic_films} of them in films; the "
           f"deepest is {stats.deepest_nonhyperbolic:.2f} m deep")

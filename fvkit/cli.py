@@ -53,7 +53,7 @@ def add_command(commands: Any, name: str, run: Command, summary: str, example: s
     """Add a command with an example in its help; ``run`` returns the exit code."""
     parser = commands.add_parser(name, help=summary, description=summary, epilog=f"example:\n  {example}",
                                  formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.set_defaults(run=run, spelled=parser.spelled)
+    parser.set_defaults(run=run, parser=parser)
     return parser
 
 
@@ -75,8 +75,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a name that the console cannot spell must not cost the result
     spelled: dict[str, str] = {}
     try:
-        options = build_parser().parse_args(arguments)
-        spelled = options.spelled
+        options, unknown = build_parser().parse_known_args(arguments)
+        spelled = options.parser.spelled
+        if unknown:
+            options.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
         with warnings.catch_warnings(), _termination_as_interrupt():
             warnings.showwarning = _warn
             return int(options.run(options))

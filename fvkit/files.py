@@ -15,27 +15,11 @@ from fvkit.validation import Portable
 
 
 def write_whole(path: str | Path, content: str | bytes | Callable[[IO[bytes]], Any], *, replace: bool = True) -> Path:
-    """Write a temporary file beside ``path``, then rename it: an existing file survives any failure.
+    """Write a temporary file beside ``path``, then rename it: an existing file survives any failure. Return ``path``.
 
-    Any number of processes and threads may do so at once, each with a temporary file of its own: the last one counts.
-
-    Parameters
-    ----------
-    path : path of the file; its folder must exist.
-    content : text, bytes, or a function that writes to the open binary file.
-    replace : False refuses where a file exists, also one that another process has made in the meantime.
-
-    Returns
-    -------
-    pathlib.Path
-        ``path``.
-
-    Raises
-    ------
-    OSError
-        If the disk is full or anything else goes wrong with it; it names ``path``.
-    FileExistsError
-        If there is a file and ``replace`` is False.
+    ``content`` is text, bytes, or a function that writes to the open binary file. Any number of processes and threads may do so
+    at once, each with a temporary file of its own: the last one counts. ``replace=False`` refuses where a file exists
+    (FileExistsError), also one that another process has made in the meantime. An OSError names ``path``.
     """
     target = Path(path)
     temporary = temporary_beside(target)

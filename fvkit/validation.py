@@ -116,6 +116,13 @@ def array(value: Any, name: str, shape: tuple[int, ...] | None = None) -> np.nda
     return result
 
 
+def per_axis(value: Any, name: str, each: Callable[..., Any], hint: str, **rules: Any) -> Any:
+    """Return a number, or one number for each of two axes, checked by ``each``."""
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        return each(value, name, hint=f"{hint}, or a pair (x, y) for a grid with two axes", **rules)
+    return tuple(each(item, f"{name}[{k}]", hint=hint, **rules) for k, item in enumerate(value))
+
+
 def is_single(value: Any) -> bool:
     """Whether a value is a single number, valid or not, rather than an array."""
     return not isinstance(value, (list, tuple)) and getattr(value, "ndim", 0) == 0

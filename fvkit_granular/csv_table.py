@@ -37,15 +37,7 @@ LONG, HIGH = 100.0, 9.0
 
 
 class Columns(NamedTuple):
-    """Columns of a CSV file.
-
-    Parameters
-    ----------
-    path : path of the file.
-    units : {column: unit}.
-    values : {column: (rows,) numbers in that unit}.
-    lines : (rows,) line number of each row in the file.
-    """
+    """Columns of a CSV file: {column: its unit}, {column: (rows,) numbers in that unit}, and (rows,) line numbers in the file."""
 
     path: Path
     units: dict[str, str]
@@ -53,12 +45,8 @@ class Columns(NamedTuple):
     lines: list[int]
 
     def ascending(self, name: str, measures: str, otherwise: str) -> np.ndarray:
-        """Return a strictly ascending column in SI units, (rows,); ``otherwise`` is advice for the error message.
-
-        Raises
-        ------
-        ValueError
-            As `in_si`; for a row that does not ascend, with its line number.
+        """Return a strictly ascending column in SI units, (rows,). A ValueError, as of `in_si` and for a row that does not
+        ascend, with its line number and the advice ``otherwise``.
         """
         values = self.in_si(name, measures)
         falls = np.flatnonzero(np.diff(values) <= 0.0)
@@ -70,13 +58,7 @@ class Columns(NamedTuple):
         return values
 
     def in_si(self, name: str, measures: str) -> np.ndarray:
-        """Return a column in SI units, (rows,).
-
-        Raises
-        ------
-        ValueError
-            For a missing column, or one in a unit of another quantity.
-        """
+        """Return a column in SI units, (rows,); a ValueError for a missing one, or one in a unit of another quantity."""
         if name not in self.values:
             validation.choice(name, f"column of {self.path}", self.values)
         known = UNITS[measures]
@@ -87,13 +69,7 @@ class Columns(NamedTuple):
         return self.values[name] * known[self.units[name]]
 
     def column(self, name: str, measures: str) -> np.ndarray:
-        """Return a column of values in SI units, (rows,), without codes for missing values.
-
-        Raises
-        ------
-        ValueError
-            As `in_si`; for a code for a missing value, with its line number.
-        """
+        """Return a column of values in SI units, (rows,): as `in_si`, and a ValueError for a code for a missing value."""
         result, given = self.in_si(name, measures), self.values[name]
         strange = missing(given)
         if measures == "length":
@@ -138,20 +114,10 @@ def text_of(path: Path, largest: int = LARGEST) -> str:
 
 
 def read_columns(path: str | Path) -> Columns:
-    """Read the columns of a CSV file: commas, decimal points, and a header with units such as ``x [m], h [m], phi [-]``.
+    """Read the columns of a CSV file, UTF-8, at most 10 MB: commas, decimal points, and a header with units such as
+    ``x [m], h [m], phi [-]``. Empty lines and lines that start with ``#`` are ignored.
 
-    Empty lines and lines that start with ``#`` are ignored.
-
-    Parameters
-    ----------
-    path : path of the file, UTF-8, at most 10 MB.
-
-    Raises
-    ------
-    ValueError
-        For an invalid file; the message contains file, line and column.
-    FileNotFoundError
-        If the file does not exist.
+    A ValueError for an invalid file has file, line and column.
     """
     place = validation.file(path, "path")
     lines = [(number, line) for number, line in enumerate(text_of(place).splitlines(), start=1)

@@ -32,6 +32,13 @@ def slip(solution: Solution, ax: Axes | None = None, i: int = -1) -> Axes:
     ------
     ValueError
         For a model with one velocity, or a grid with two axes.
+
+    Examples
+    --------
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> solution = fv.solve(gr.scene("riemann").problem(gr.TwoPhase, 100), backend="numpy")
+    >>> gr.plots.slip(solution).get_ylabel()
+    'slip vf - vs, m/s'
     """
     if len(solution.grid.axes) > 1:
         raise ValueError("the slip is drawn over one axis, got a grid with two: take solution.plot(kind='vectors', vector='vs')")
@@ -59,6 +66,12 @@ def accuracy(scheme: Scheme | RiemannSolver, cells: Sequence[int] = (50, 100, 20
     scheme : the scheme, or a Riemann solver for second-order `fvkit.WavePropagation`.
     cells : numbers of cells, ascending, at least two.
     backend : as for `fvkit.solve`.
+
+    Examples
+    --------
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> figure = gr.plots.accuracy(fv.WavePropagation(fv.Roe()), cells=(25, 50), backend="numpy")
+    >>> figure.savefig("accuracy.pdf")  # doctest: +SKIP
     """
     chosen = WavePropagation(scheme) if isinstance(scheme, RiemannSolver) else scheme
     figure, (profile, error) = new_axes(1, 2, width=5.2, height=3.8)

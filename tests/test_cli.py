@@ -105,6 +105,8 @@ def test_the_relatives_run_with_the_default_solver(model, scene, tmp_path):
     (("convergence", "simple-wave", "--norm", "l3"), ("`--norm` must be one of l1, l2, max; got 'l3'",)),
     (("run", "rest", "--out", "/proc/nowhere"), ("/proc/nowhere",)),
     (("fly",), ("fly",)), ((), ("COMMAND",)),
+    (("sweep", "drag.toml", "--wrokers", "4"), ("unrecognized arguments: --wrokers 4 (see fvkit sweep --help)",)),
+    (("scenes", "rest", "--show", "rest"), ("--show", "not allowed with argument", "fvkit scenes --help")),
 ])
 def test_a_mistake_is_one_line_on_stderr_and_exit_code_2(arguments, words, tmp_path):
     done = run(*arguments, cwd=tmp_path)
@@ -129,6 +131,9 @@ def test_version_and_scenes(tmp_path):
     listed = run("scenes", cwd=tmp_path)
     assert listed.returncode == 0
     assert {line.split()[0] for line in listed.stdout.splitlines()} >= {"riemann", "dam-break-phi", "phi-jump", "rest"}
+    shown = run("scenes", "rest", cwd=tmp_path)
+    assert shown.returncode == 0
+    assert shown.stdout == run("scenes", "--show", "rest", cwd=tmp_path).stdout != listed.stdout
 
 
 def test_a_space_time_picture_has_its_outputs(tmp_path):

@@ -48,7 +48,7 @@ RAISED = {
         lambda: fv.solve(acoustics(), fv.WavePropagation(fv.PyClawRiemann(sound, {"c": 1.0})), backend="numba"),
     ("pyclaw.md", "MethodOfLines serves a grid with one axis, got one with two: take fv.WavePropagation"):
         lambda: solved(gr.scene("vortex").problem(gr.ShallowWater, 8), fv.MethodOfLines(fv.HLL())),
-    ("pitfalls.md", "MethodOfLines does not see the slopes"): lambda: solved(slope(0.5), fv.MethodOfLines(fv.Roe())),
+    ("pitfalls.md", "MethodOfLines has the equations for mild slopes only"): lambda: solved(slope(0.5), fv.MethodOfLines(fv.Roe())),
     ("pitfalls.md", "must be in [0, 1] (a fraction: 60 % is 0.6), got 60.0"):
         lambda: gr.Scene((0.0, 1.0), 1.0, lambda x: {"h": 1.0, "phi": 60.0}).problem(gr.TwoPhase, 50),
     ("pitfalls.md", "<= 5.67, got 30.0 (the tangent of the friction angle: tan(35 deg) = 0.70)"): lambda: gr.CoulombFriction(30.0),

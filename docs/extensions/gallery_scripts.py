@@ -33,7 +33,7 @@ def pictures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any
         target.write_bytes(picture.read_bytes())
         picture.unlink()
         taken.append(str(target))
-    return figure_rst(taken, gallery_conf["src_dir"])
+    return "\n".join(figure_rst([picture], gallery_conf["src_dir"]) for picture in taken)
 
 
 def setup(app: Any) -> dict[str, bool]:

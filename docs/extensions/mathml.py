@@ -46,8 +46,8 @@ def _written(translator: Any, node: nodes.Node, opening: str, closing: str, as_b
 
 
 def inline(translator: Any, node: nodes.Node) -> None:
-    """Write a formula within a sentence."""
-    _written(translator, node, '<span class="math">', "</span>", as_block=False)
+    """Write a formula within a sentence; no line begins with the comma or full stop behind it (word joiner)."""
+    _written(translator, node, '<span class="math">', "</span>\u2060", as_block=False)
 
 
 def block(translator: Any, node: nodes.Node) -> None:

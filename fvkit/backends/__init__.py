@@ -61,14 +61,8 @@ def threads_for(threads: int | str, problem: Problem, scheme: Scheme, backend: s
 def make_kernel(backend: str, problem: Problem, scheme: Scheme, every: tuple[Parts, ...], threads: int = 1) -> Kernel:
     """Return the kernel of a backend; ``"auto"`` compiles where numba is installed and the Riemann solver is compilable.
 
-    ``$FVKIT_BACKEND`` overrides ``"auto"``.
-
-    Raises
-    ------
-    ValueError
-        For ``"numba"`` or threads if numba is not installed or switched off, or for threads with too few cells.
-    Untraceable
-        If a stage of the scheme needs whole arrays and is to be compiled; parts that do are refused before.
+    ``$FVKIT_BACKEND`` overrides ``"auto"``. A ValueError refuses ``"numba"`` or threads where numba is not installed or switched
+    off, and threads with too few cells.
     """
     parts = every[0]
     backend = backend_for(parts.riemann, backend)

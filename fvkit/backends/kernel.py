@@ -45,7 +45,9 @@ class Kernel(ABC):
         self.aux = rows[0][None] if len(rows) == 1 else np.array(rows).reshape(len(rows), self.cells)
         self.aux_edges = np.concatenate([self._outside(*side) for side in zip(problem.ends, self.ghosts, strict=True)], axis=1)
         if problem.fields:
-            self._stand_behind(fields.averages(problem.fields, problem.t_start))
+            behind = fields.averages(problem.fields, problem.t_start)
+            self.aux = np.concatenate([self.aux, behind])
+            self.aux_edges = np.concatenate([self.aux_edges, behind[:, self._seen_by_ghosts()]])
         self._slices = [tuple(as_slice(cells) for cells in pair) for pair in self.ghosts]
         self._layers = np.arange(self.halo, 0, -1.0), np.arange(1.0, self.halo + 1.0)
         self._values = self.ghost_values(problem.t_start) if self.steady_boundary else None
@@ -74,11 +76,6 @@ class Kernel(ABC):
         for side, (ghosts, seen), numbers, values in zip(self.problem.ends, self._slices, self._layers, given, strict=True):
             for row, component in zip(q, side.ghost(model, tuple(q[:, seen]), side.layer(values, numbers)), strict=True):
                 row[ghosts] = component
-
-    def _stand_behind(self, rows: np.ndarray) -> None:
-        """Put rows behind the given functions; ghost cells get those of the cells that they copy."""
-        self.aux = np.concatenate([self.aux, rows])
-        self.aux_edges = np.concatenate([self.aux_edges, rows[:, self._seen_by_ghosts()]])
 
     def _seen_by_ghosts(self) -> list[int]:
         """The cells of the grid that all ghost cells copy, from left to right."""

@@ -7,13 +7,9 @@ from fvkit.schemes.scheme import MASS_FLUX, Stage
 
 @attrs.frozen
 class Plan:
-    """Ranges of the stages of a scheme over a tile of n cells.
+    """Ranges of the stages of a scheme over a tile of n cells, (low, high) per stage: it covers the places low .. n + high - 1.
 
-    Parameters
-    ----------
-    stages : the stages, in order.
-    ranges : (low, high) per stage: it covers the places low .. n + high - 1.
-    halo : ghost cells needed on each side.
+    ``halo`` is the number of ghost cells needed on each side.
     """
 
     stages: tuple[Stage, ...]

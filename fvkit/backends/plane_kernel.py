@@ -23,7 +23,7 @@ from fvkit.problem.turned import stepped
 from fvkit.schemes.scheme import Parts, Scheme
 
 #: Numbers of lines and columns of cells in padded arrays.
-Places = tuple[np.ndarray, np.ndarray]
+Places = tuple[np.ndarray, ...]
 
 #: Places, None for all cells, and what stood there.
 Kept = list[tuple[Places | None, np.ndarray]]
@@ -48,7 +48,8 @@ class PlaneKernel(StepwiseKernel):
         self._lay_out(problem)
         places = [source.acts_in() for source in self.parts.beside]
         self._few = all(cells is not None for cells in places)
-        self._places = [None if cells is None else self._places_of(cells) for cells in places]
+        self._places = [None if cells is None else tuple(k + self.halo for k in np.unravel_index(cells, problem.grid.shape))
+                        for cells in places]
         for sweep, given in zip(self.sweeps, self.given, strict=True):
             sweep.prepare(given, threads)
         self.compile_seconds = sum(sweep.compile_seconds for sweep in self.sweeps)
@@ -202,14 +203,9 @@ class PlaneKernel(StepwiseKernel):
             sweep.pull(q, target, self.given[sweep.number])
             other.fill_given(target, slice(0, len(target)), of_the_model=False)
 
-    def _places_of(self, cells: np.ndarray) -> Places:
-        """Return where cells stand in padded arrays, from their numbers in arrays of cells."""
-        rows, columns = np.unravel_index(cells, self.problem.grid.shape)
-        return rows + self.halo, columns + self.halo
-
     def _cells(self, padded: np.ndarray, where: Places | None) -> np.ndarray:
         """Return the values of cells, (rows, cells), a copy; a view of all of them, (rows, ny, nx), for None."""
-        return self.inside(padded) if where is None else padded[:, *where]
+        return self.inside(padded) if where is None else padded[:, where[0], where[1]]
 
     def _put(self, padded: np.ndarray, where: Places | None, values: Any) -> None:
         """Write the values of cells."""

@@ -40,16 +40,10 @@ RESERVED = {CLASS, ARRAY, LIST, MAPPING, NUMBER, CALLABLE, OBJECT}
 def describe(value: Any) -> Any:
     """Return an object, or the value of a field, as JSON data without loss of precision.
 
-    Parameters
-    ----------
-    value : a model, scheme, splitting, integrator, grid, boundary condition, source or statistics: {"class": its name, "from":
-        its module, and its fields}. Numbers, texts and None stay; a tuple becomes a list, a list {"list": [...]}, an array
-        {"array": [...]}, an infinite number {"number": "inf"}. A function becomes {"callable": its name}, any other object
-        {"object": its class}: these two record what was used and cannot be restored.
-
-    Returns
-    -------
-    dict, list, str, int, float, bool or None
+    A model, scheme, splitting, integrator, grid, boundary condition, source or statistics is {"class": its name, "from": its
+    module, and its fields}. Numbers, texts and None stay; a tuple becomes a list, a list {"list": [...]}, an array {"array":
+    [...]}, an infinite number {"number": "inf"}. A function becomes {"callable": its name}, any other object {"object": its
+    class}: these two record what was used and cannot be restored.
     """
     if isinstance(value, np.generic):
         value = value.item()
@@ -86,18 +80,9 @@ def _rows(value: Any) -> Any:
 
 
 def build(data: Any, kind: type | None = None, name: str = "data") -> Any:
-    """Return the object that `describe` serialised.
+    """Return the object that `describe` serialised, of class ``kind`` unless None.
 
-    Parameters
-    ----------
-    data : result of `describe`.
-    kind : required class of the result; None for any.
-    name : name of the data, for error messages.
-
-    Raises
-    ------
-    ValueError
-        For a class that is not loaded, a function, or invalid field values; the message contains the position in the data.
+    A ValueError for a class that is not loaded, a function, or invalid field values has the position in the data, from ``name``.
     """
     try:
         result = _build(data, validation.text(name, "name"))

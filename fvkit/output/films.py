@@ -19,12 +19,7 @@ from fvkit.output.results import Results
 
 @attrs.frozen
 class Film(os.PathLike):
-    """An animation in a file, which notebooks play.
-
-    Parameters
-    ----------
-    path : the .gif or .mp4 file; ``open`` and everything else that takes a path takes the film itself.
-    """
+    """An animation in a .gif or .mp4 file, which notebooks play; ``open`` and everything else that takes a path takes it."""
 
     path: Path
 
@@ -44,11 +39,6 @@ def animate(solution: Results, path: str | Path, kind: str | None = None, fps: i
     """Write an animation with one frame per output to a ``.gif`` file, or to ``.mp4`` if ffmpeg is installed.
 
     All frames have the same limits of the y axis, or of the colours of a map. Kind and options are those of `Solution.plot`.
-
-    Raises
-    ------
-    ValueError
-        For another file extension, or for .mp4 without ffmpeg.
     """
     draw = partial(drawing(solution, kind), **{**enlarged(solution, kind, **options), **options})
     target = checked_film(path)

@@ -14,18 +14,8 @@ class PatientFile:
     """Exclusively locked file, open for reading and writing, that stores write errors in ``error`` instead of raising them.
 
     After the first failed write the file on disk no longer changes, as if the process had been killed there. Later writes are
-    kept in memory, so that the library reads consistent data until it closes the file.
-
-    Parameters
-    ----------
-    path : path of the file; an existing file is truncated.
-
-    Raises
-    ------
-    ValueError
-        If another process, or another run of this process, has the file open; the file is then unchanged.
-    OSError
-        If the file cannot be opened.
+    kept in memory, so that the library reads consistent data until it closes the file. An existing file is truncated, unless
+    another process, or another run of this process, has it open: a ValueError then leaves it unchanged.
     """
 
     def __init__(self, path: Path) -> None:

@@ -120,18 +120,11 @@ class Writer:
     Parameters
     ----------
     path : final path of the file. Until `finish` it is ``NAME.part.nc`` in the same folder, which contains every time level
-        added so far, even if the process is killed.
+        added so far, even if the process is killed. A ValueError where another run is writing to it; an OSError names it.
     model, grid, aux : model, grid and aux values of the states.
     q : (num_eqn, *grid.shape) any state.
     kept : preliminary configuration; `finish` replaces it.
     part : another temporary path, used by this writer alone.
-
-    Raises
-    ------
-    ValueError
-        If another run is writing to the temporary file.
-    OSError
-        If the disk is full or fails; the message contains the temporary file, which keeps the earlier time levels.
     """
 
     def __init__(self, path: Path, model: Model, grid: Grid, aux: Mapping[str, np.ndarray], q: np.ndarray,
@@ -154,7 +147,8 @@ class Writer:
         """Write the time-independent variables."""
         grid = self._grid
         self._file.dimensions = {"time": None, **dimensions(grid), "bounds": 2}
-        self._add("time", ("time",), TIME, chunks=(512,))
+        fixed = {name: np.bytes_(text) for name, text in TIME.items()}  # VTK, in ParaView, reads texts of fixed length alone
+        self._add("time", ("time",), fixed, chunks=(512,))
         for name, (dims, values, attributes) in coordinates(grid).items():
             self._add(name, dims, attributes)[:] = values
         mapping = self._map(kept)
@@ -183,7 +177,7 @@ class Writer:
         if error is not None:
             raise OSError(error.errno, f"{error.strerror}; the frames before are in the file", str(self.part)) from error
 
-    def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, str], **options: Any) -> Any:
+    def _add(self, name: str, dims: tuple[str, ...], attributes: Mapping[str, Any], **options: Any) -> Any:
         variable = self._file.create_variable(name, dims, float, **options)
         variable.attrs.update(attributes)
         return variable

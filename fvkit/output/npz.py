@@ -33,17 +33,10 @@ def fill(file: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
 
 
 class Archive:
-    """Reader that loads and checks all arrays of an ``.npz`` file.
+    """Reader that loads and checks all arrays of an ``.npz`` file; `Unreadable` says what is wrong with an invalid one.
 
     Compressed entries, object arrays and entries that declare more bytes than the file has are errors. So nothing is
     unpickled, and the arrays need no more memory than the size of the file.
-
-    Raises
-    ------
-    Unreadable
-        For an invalid file; the message contains the file and the reason.
-    FileNotFoundError
-        If the file does not exist.
     """
 
     def __init__(self, path: str | Path) -> None:

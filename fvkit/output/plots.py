@@ -55,14 +55,7 @@ def plot_state(solution: Results, ax: Axes | None = None, i: int = -1) -> Axes:
 def profile(solution: Results, ax: Axes | None = None, i: int = -1, enlarge: float | None = None) -> Axes:
     """Plot the layers above the bottom at output ``i``, one colour per entry of the model's ``thicknesses``.
 
-    Parameters
-    ----------
-    enlarge : factor of the depths above the bottom, 1 for true ones; None for that of `enlargement`.
-
-    Raises
-    ------
-    ValueError
-        If the model defines no ``thicknesses``; use kind="state" then.
+    ``enlarge`` is a factor of the depths above the bottom, 1 for true ones; None for that of `enlargement`.
     """
     target, parts = ax if ax is not None else new_axes()[1][0], _thicknesses(solution, i, "profile")
     factor = enlargement(solution) if enlarge is None else validation.real(enlarge, "enlarge", above=0.0)
@@ -86,12 +79,8 @@ def _thicknesses(solution: Results, i: int, kind: str) -> Mapping[str, np.ndarra
 
 
 def enlargement(solution: Results, cells: Any = ...) -> float:
-    """Return the factor by which pictures enlarge depths above a relief: 1 where the relief is at most 20 largest depths of
-    all outputs high, else 1, 2 or 5 times a power of ten so that the flow can be seen.
-
-    Parameters
-    ----------
-    cells : numbers of the cells that are looked at; all where left out.
+    """Return the factor by which pictures enlarge depths above the relief of some cells, by their numbers, or all: 1 where it
+    is at most 20 largest depths of all outputs high, else 1, 2 or 5 times a power of ten so that the flow can be seen.
     """
     bottom = solution.aux.get("b")
     if bottom is None:
@@ -203,11 +192,6 @@ def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: s
     """Plot a map with arrows of a vector at some of the cells, the first of the model by default, such as the velocity v.
 
     Arrows have one scale at all outputs. Cells without a velocity have none.
-
-    Raises
-    ------
-    ValueError
-        If the model has no observable that is a vector; use kind="map" then.
     """
     known = vectors(solution.model)
     if not known:
@@ -231,14 +215,11 @@ def plot_vectors(solution: Results, ax: Axes | None = None, i: int = -1, name: s
 
 def plot_cut(solution: Results, ax: Axes | None = None, i: int = -1, name: str | None = None, line: Any = None,
              enlarge: float | None = None) -> Axes:
-    """Plot what lies along a line at output ``i``: the layers above the bottom, or an observable, averages of the cells that the
-    line meets.
+    """Plot what lies along a line at output ``i``: the layers above the bottom, or an observable (None: the first one of a
+    model without ``thicknesses``), averages of the cells that the line meets.
 
-    Parameters
-    ----------
-    name : an observable; None for the layers, or for the first observable of a model without ``thicknesses``.
-    line : its ends ((x0, y0), (x1, y1)), m, within the grid; None for the middle of the grid, along x.
-    enlarge : factor of the depths above the bottom, see `profile`.
+    ``line`` has its ends ((x0, y0), (x1, y1)), m, within the grid; None is the middle of the grid, along x. ``enlarge`` as for
+    `profile`.
     """
     target = ax if ax is not None else new_axes()[1][0]
     (start, end), shares, cells = _along(solution.grid, line)

@@ -138,6 +138,6 @@ class Solution(Results):
         rows = {"model": type(self.model).__name__, "cells": self.grid.described, "t": f"{self.t[-1]:.6g}",
                 "outputs": len(self.t), "status": self.message or self.status.value, "backend": stats.backend,
                 "steps": f"{stats.steps} ({stats.rejected} rejected)", "stepping": f"{stats.seconds:.3g} s",
-                "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items())}
+                "mass drift": ", ".join(f"{name} {drift:.1e}" for name, drift in stats.mass_drift.items()) or "no masses"}
         return "<table>" + "".join(f"<tr><th>{escape(name)}</th><td>{escape(str(value))}</td></tr>"
                                    for name, value in rows.items()) + "</table>"

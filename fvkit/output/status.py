@@ -49,7 +49,8 @@ class Stats:
     nonhyperbolic_films : number of those pairs where the flow is shallower than 5 cm on both sides.
     deepest_nonhyperbolic : largest depth at those pairs, m, to a micrometre; 0 for models without a depth.
     mass_drift : {mass: relative change that neither boundary fluxes nor sources explain}; relative to the total mass of all
-        components where this component is initially zero.
+        components where this component is initially zero. It is empty, as are the next two, for a model without
+        ``phases``, which does not say what its masses are.
     entered_by_sources : {mass: net mass added by sources such as rain}, integrated over the grid.
     entered : mass balance, {side or source: {mass: net mass that came in there}}, negative where more has left: through "left",
         "right" and by "sources", all together; with two axes through "west", "east", "south", "north" and by each source of
@@ -57,11 +58,15 @@ class Stats:
 
     Examples
     --------
+    >>> import numpy as np
     >>> import fvkit as fv
     >>> import fvkit_granular as gr
     >>> stats = fv.solve(gr.scene("dam-break").problem(gr.ShallowWater, 100), backend="numpy").stats
     >>> stats.backend, stats.max_cfl <= 1.0, abs(stats.mass_drift["h"]) < 1e-14
     ('numpy', True, True)
+    >>> pulse = fv.Problem(fv.Advection(1.0), fv.Grid(0.0, 1.0, 10), lambda x: [np.sin(6.28 * x)], 1.0, boundary=fv.Periodic())
+    >>> fv.solve(pulse, backend="numpy").stats.mass_drift
+    {}
     """
 
     steps: int

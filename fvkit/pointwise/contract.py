@@ -164,12 +164,7 @@ def _describe(result: Any) -> str:
 def agree(part: Part, method: str, found: Any, wanted: Any, rule: str, size: float = 0.0) -> None:
     """Raise ValueError where a method's values differ from those of its contract by more than rounding; NaN passes.
 
-    Parameters
-    ----------
-    part, method : who answered.
-    found, wanted : rows of values, or one row.
-    rule : text of the rule.
-    size : of the numbers that ``found`` was added up of; rounding is a share of that, or of the largest value of a row.
+    Rounding is a share of the ``size`` of the numbers that ``found`` was added up of, or of the largest value of a row.
     """
     one, other = np.broadcast_arrays(*(np.array(np.broadcast_arrays(*(rows if isinstance(rows, tuple) else (rows,))))
                                        for rows in (found, wanted)))

@@ -1,7 +1,8 @@
 """`Part`: what every pluggable piece (model, solver, limiter, boundary, source) has in common."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from functools import wraps
 from inspect import get_annotations
 from math import nan
 from typing import Any, ClassVar
@@ -55,6 +56,14 @@ class Part:
         return mine is not None and not getattr(mine, "is_default", False)
 
 
+def seen_as(part: Any, values: Mapping[str, Any]) -> Any:
+    """Return a copy of a part with some of its fields replaced; no converter is called."""
+    result: Any = object.__new__(type(part))
+    for field in attrs.fields(type(part)):
+        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(part, field.name))
+    return result
+
+
 @attrs.frozen
 class Wrapper:
     """A part seen through another: what a subclass does not answer itself, the part answers.
@@ -82,6 +91,15 @@ def default(method: Any) -> Any:
     """Mark a method of an abstract base as a default, which `Part.defines` does not count as defined."""
     method.is_default = True
     return method
+
+
+def optional(method: Any) -> Any:
+    """Mark a method of an abstract base that has no body as a default: nobody calls it where it is not defined."""
+    @wraps(method)
+    def missing(self: Any, *arguments: Any) -> Any:
+        raise NotImplementedError(f"{type(self).__name__} defines no `{method.__name__}`")
+
+    return default(missing)
 
 
 def public_name(part: Any) -> str:

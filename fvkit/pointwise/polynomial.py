@@ -4,6 +4,8 @@ With xi in [-1/2, 1/2] a polynomial is  mean + d xi + c (xi^2 - 1/12) + t (xi^3 
 cell average, the two face values and a third mode. Derived here.
 """
 
+from functools import reduce
+from operator import add
 from typing import Any, NamedTuple
 
 
@@ -37,10 +39,7 @@ def polynomial(mean, left, right, third):
 
 def total(*parts):
     """Return the sum of polynomials."""
-    result = parts[0]
-    for part in parts[1:]:
-        result = Polynomial(result.mean + part.mean, result.d + part.d, result.c + part.c, result.t + part.t)
-    return result
+    return reduce(lambda one, other: Polynomial(*map(add, one, other)), parts)
 
 
 def product_slope(p, q):

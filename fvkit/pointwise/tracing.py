@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from fvkit.pointwise.part import Part, Wrapper
+from fvkit.pointwise.part import Part, Wrapper, seen_as
 
 #: Behind "maximum" and "minimum" in the operation of a node: NaN where either value is, as NumPy has it. It costs two more
 #: instructions, too many for all of them; the plain ones drop NaN of their first value.
@@ -240,11 +240,4 @@ def with_symbols(part: Any, symbol: Callable[[], Expr]) -> Any:
     """Return a copy of a part whose numeric fields are symbols: its methods then trace themselves."""
     if isinstance(part, Wrapper):
         return attrs.evolve(part, part=with_symbols(part.part, symbol))
-    if not isinstance(part, Part):
-        return part
-    copy = object.__new__(type(part))
-    fields: Any = attrs.fields(type(part))
-    numeric = part.parameter_names()
-    for field in fields:
-        object.__setattr__(copy, field.name, symbol() if field.name in numeric else getattr(part, field.name))
-    return copy
+    return seen_as(part, {name: symbol() for name in part.parameter_names()}) if isinstance(part, Part) else part

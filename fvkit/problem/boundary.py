@@ -10,7 +10,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise import multiply
-from fvkit.pointwise.part import Part, default
+from fvkit.pointwise.part import Part, default, optional
 from fvkit.problem.grid import Axis, Grid, Side
 from fvkit.problem.model import Model
 from fvkit.problem.questions import BOUNDARY
@@ -84,10 +84,9 @@ class BoundaryCondition(Part, ABC):
         """Return the values that `ghost` receives for the ``number``-th ghost cell outwards."""
         return values
 
-    @default
+    @optional
     def mass_fluxes(self, model, values):
         """Return the flux of each mass through this end, per width, positive to the right."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `mass_fluxes`: the Riemann solver decides")
 
     def turned(self, direction: Any) -> "BoundaryCondition":
         """Return this condition as it is in sweeps along a `fvkit.problem.directions.Direction`."""

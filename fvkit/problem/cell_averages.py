@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fvkit import validation
-from fvkit.problem.grid import NAMES, Axis, Grid
+from fvkit.problem.grid import NAMES, Grid
 
 #: Nodes in a cell along an axis: exact for polynomials of degree 9, so that averages never limit a scheme here.
 NODES = 5
@@ -20,30 +20,16 @@ AT_ONCE = 2_000_000
 
 
 def cell_averages(function: Callable[..., Any], grid: Grid, rows: int | None, name: str) -> np.ndarray:
-    """Average ``function`` over every cell of ``grid``.
+    """Return the averages of ``function`` over all cells of ``grid``, (rows, *grid.shape), or grid.shape when ``rows`` is None.
 
     No node lies on a cell edge, so a jump at an edge stays exactly sharp; a jump inside a cell is
     averaged to about 1/NODES of its height. With one axis ``function`` gets the nodes of the whole grid at once, cell by cell,
     with two those of some rows of cells: `levelled` relies on that.
 
-    Parameters
-    ----------
-    function : x (m,) -> (rows, m), or (m,) and scalars when ``rows`` is None; with two axes of x and y, each (my, mx).
-    grid : the grid.
-    rows : number of components that are expected, None for a scalar function.
-    name : what to call the function in messages.
-
-    Returns
-    -------
-    numpy.ndarray
-        (rows, *grid.shape), or grid.shape when ``rows`` is None.
-
-    Raises
-    ------
-    ValueError
-        If the function returns another shape. Its own exceptions pass through.
+    Of x (m,) it returns (rows, m), or (m,) and scalars when ``rows`` is None; with two axes of x and y, each (my, mx). Messages
+    call it ``name``; its own exceptions pass through.
     """
-    nodes = [_nodes(axis) for axis in grid.axes]
+    nodes = [(axis.centers[:, None] + axis.dx * POINTS).ravel() for axis in grid.axes]
     if len(nodes) == 1:
         values = _values(function, nodes, rows, name)
         return values.reshape(*values.shape[:-1], grid.num_cells, NODES) @ WEIGHTS
@@ -57,10 +43,6 @@ def cell_averages(function: Callable[..., Any], grid: Grid, rows: int | None, na
         cells = values.reshape(*values.shape[:-2], -1, NODES, len(x) // NODES, NODES)
         parts.append(np.einsum("...abcd,b,d->...ac", cells, WEIGHTS, WEIGHTS))
     return np.concatenate(parts, axis=-2)
-
-
-def _nodes(axis: Axis) -> np.ndarray:
-    return (axis.centers[:, None] + axis.dx * POINTS).ravel()
 
 
 def _values(function: Callable[..., Any], places: list[np.ndarray], rows: int | None, name: str) -> np.ndarray:

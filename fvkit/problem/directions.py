@@ -49,7 +49,7 @@ def directions(model: Model, grid: Grid) -> tuple[Direction, ...]:
         raise ValueError(f"{type(model).__name__} has {len(model.conserved)} components and does not say which are those of a "
                          "vector: set `vectors`, such as ((1, 2),) with rows for both momenta, or () for none, or "
                          "define `along(axis)`")
-    split, places = _split(model), _places(model)
+    split, places = _split(model), plane_places(model)
     result = []
     for number in range(len(grid.axes)):
         rows = [place + number * (k in split) for k, place in enumerate(places)]
@@ -83,8 +83,8 @@ def _split(model: Model) -> set[int]:
     return {phase.momentum for phase in model.phases} | {vector[0] for vector in model.vectors if len(vector) == 1}
 
 
-def _places(model: Model) -> list[int]:
-    """The row of the state with two axes for each row of a model; for a vector that of its component along x."""
+def plane_places(model: Model) -> list[int]:
+    """Return the row of the state with two axes for each row of a model: of a momentum that along x, that along y is the next."""
     split, places = _split(model), []
     for k in range(len(model.conserved)):
         places.append(k + sum(row < k for row in split))
@@ -93,7 +93,7 @@ def _places(model: Model) -> list[int]:
 
 def mass_places(model: Model, grid: Grid) -> tuple[int, ...]:
     """Rows of the state on a grid that are masses."""
-    return model.mass_rows() if len(grid.axes) == 1 else tuple(_places(model)[row] for row in model.mass_rows())
+    return model.mass_rows() if len(grid.axes) == 1 else tuple(plane_places(model)[row] for row in model.mass_rows())
 
 
 def observables(model: Model, grid: Grid, q: np.ndarray, aux: Any = None) -> dict[str, np.ndarray]:
@@ -151,20 +151,9 @@ def vectors(model: Model) -> tuple[str, ...]:
 
 
 def in_plane(model: Model, along_x: Any, along_y: Any) -> np.ndarray:
-    """Return the state on a grid with two axes from those that the model has along each: masses of the first, momenta of both.
+    """Return the state on a grid with two axes from those that the model has along each: masses, momenta along x, those along
+    y.
 
-    Parameters
-    ----------
-    model : the equations.
-    along_x, along_y : (num_eqn, ...) conserved values, with the momenta along x and along y.
-
-    Returns
-    -------
-    numpy.ndarray
-        (rows, ...), momenta along x before those along y.
-
-    Examples
-    --------
     >>> import fvkit_granular as gr
     >>> water = gr.ShallowWater()
     >>> in_plane(water, water.conserved_from(2.0, vs=1.0, vf=1.0), water.conserved_from(2.0, vs=3.0, vf=3.0)).tolist()

@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 
 from fvkit import validation
-from fvkit.pointwise.part import Wrapper
+from fvkit.pointwise.part import Wrapper, seen_as
 from fvkit.problem.cell_averages import cell_averages
 from fvkit.problem.grid import Grid
 from fvkit.problem.questions import aux_places
@@ -26,7 +26,7 @@ def number(default: Any = attrs.NOTHING, *, alias: str | None = None, hint: str 
     What a function returns is validated when a `fvkit.Problem` averages it.
     """
     def convert(value: Any, field: Any) -> Any:
-        if _is_function(value):
+        if callable(value) and not isinstance(value, type):
             return value
         if validation.is_single(value):
             return validation.real(value, field.alias, hint=hint or "or cell averages, a function of x, or of (x, t)", **bounds)
@@ -43,10 +43,6 @@ def _is_map(value: Any) -> bool:
     if hasattr(value, "ndim"):
         return bool(value.ndim == 2 and value.size)
     return isinstance(value, (list, tuple)) and len(value) > 0 and all(isinstance(row, (list, tuple)) and row for row in value)
-
-
-def _is_function(value: Any) -> bool:
-    return callable(value) and not isinstance(value, type)
 
 
 def is_number(value: Any) -> bool:
@@ -73,14 +69,9 @@ def takes_time(function: Callable[..., Any], axes: int = 1) -> bool:
 
 @attrs.frozen(eq=False)
 class Field:
-    """A field of a source that varies over the grid.
+    """A field ``name`` of a source that varies over the grid; ``position`` is that of the source among those of the problem.
 
-    Parameters
-    ----------
-    source, position : the source, and its place among those of the problem.
-    name : of the field.
-    components : rows that it has, None for one number per cell.
-    grid : where.
+    It has as many rows as ``components``, None for one number per cell.
     """
 
     source: Any
@@ -169,7 +160,7 @@ def with_numbers(source: Any, found: Sequence[Any], t: float) -> Any:
     """Return a source with the numbers of its fields in the first cell: what its pointwise methods can be rehearsed on."""
     own = [field for field in found if field.source is source]
     first = {field.name: _values(field.at(t).reshape(field.size, -1)[:, 0].tolist(), field.components) for field in own}
-    return seen_as(source, type(source), first)
+    return seen_as(source, first)
 
 
 def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any, ...]:
@@ -185,14 +176,6 @@ def on_grid(sources: Sequence[Any], found: Sequence[Any], own: int) -> tuple[Any
 
 def _values(rows: Any, components: int | None) -> Any:
     return rows[0] if components is None else tuple(rows)
-
-
-def seen_as(part: Any, kind: Any, values: dict[str, Any]) -> Any:
-    """Return a part of class ``kind`` with the same fields, some of them replaced; no converter is called."""
-    result: Any = object.__new__(kind)
-    for field in type(part).__attrs_attrs__:
-        object.__setattr__(result, field.name, values[field.name] if field.name in values else getattr(part, field.name))
-    return result
 
 
 @attrs.frozen(repr=False)
@@ -215,6 +198,6 @@ class OnGrid(Wrapper):
             aux = arguments[at[0]]
             values = {field: _values(aux[row:row + (count or 1)], count) for field, row, count in self.places}
             given = [item[:self.own] if k == at[0] else item for k, item in enumerate(arguments)]
-            return getattr(seen_as(self.part, type(self.part), values), name)(*given)
+            return getattr(seen_as(self.part, values), name)(*given)
 
         return answer

@@ -1,13 +1,12 @@
 """`Grid` and its `Axis`: intervals and rectangles cut into equal cells."""
 
-from collections.abc import Callable
 from math import prod
 from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
 
-from fvkit.validation import field, integer, number, real, whole
+from fvkit.validation import field, integer, number, per_axis, real, whole
 
 #: Names of the axes of a grid.
 NAMES = ("x", "y")
@@ -31,19 +30,7 @@ class Side(NamedTuple):
 
 @attrs.frozen
 class Axis:
-    """A direction of a grid: ``num_cells`` equal cells on [lower, upper].
-
-    Parameters
-    ----------
-    lower, upper : ends of the interval, m, lower < upper.
-    num_cells : number of cells, at least 1.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If an end is not finite, the interval is empty or reversed, ``num_cells`` is not a whole number, or so large that
-        cells cannot be told apart.
-    """
+    """A direction of a grid: ``num_cells`` >= 1 equal cells on [lower, upper], m."""
 
     lower: float = number()
     upper: float = number()
@@ -80,13 +67,6 @@ class Axis:
         return 0.5 * (edges[:-1] + edges[1:])
 
 
-def _of_axes(value: Any, name: str, each: Callable[..., Any], hint: str, **rules: Any) -> Any:
-    """Return a number, or one number per axis, checked by ``each``."""
-    if not isinstance(value, (tuple, list)) or len(value) != len(NAMES):
-        return each(value, name, hint=f"{hint}, or a pair (x, y) for a grid with two axes", **rules)
-    return tuple(each(item, f"{name}[{k}]", hint=hint, **rules) for k, item in enumerate(value))
-
-
 @attrs.frozen
 class Grid:
     """A uniform grid: equal cells on an interval, or equal rectangles on a rectangle.
@@ -104,7 +84,8 @@ class Grid:
     Raises
     ------
     ValueError, TypeError
-        As `Axis`, or if one argument is a pair and another is not.
+        If an end is not finite, an interval is empty or reversed, a number of cells is not whole, or so large that cells
+        cannot be told apart, or one argument is a pair and another is not.
 
     Examples
     --------
@@ -116,9 +97,9 @@ class Grid:
     (10, 50)
     """
 
-    lower: Any = field(_of_axes, each=real, hint="a number in m")
-    upper: Any = field(_of_axes, each=real, hint="a number in m")
-    num_cells: Any = field(_of_axes, each=whole, at_least=1, hint="the number of cells")
+    lower: Any = field(per_axis, each=real, hint="a number in m")
+    upper: Any = field(per_axis, each=real, hint="a number in m")
+    num_cells: Any = field(per_axis, each=whole, at_least=1, hint="the number of cells")
     axes: tuple[Axis, ...] = attrs.field(init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:

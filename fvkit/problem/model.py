@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from fvkit.pointwise import combine, subtract
-from fvkit.pointwise.part import Part, default
+from fvkit.pointwise.part import Part, default, optional
 from fvkit.problem import answers
 from fvkit.problem.questions import MODEL, Question
 
@@ -112,14 +112,13 @@ class Model(Part, ABC):
     def wave_speeds(self, q):
         """Return two bounds (smallest, largest) of the characteristic speeds at q, m/s; also ``wave_speeds(self, q, aux)``."""
 
-    @default
+    @optional
     def speeds_between(self, ql, qr):
         """Return two bounds of the characteristic speeds of all states between ql and qr, m/s; also with ``auxl, auxr``.
 
         Needed where a speed is not monotone between two states: fluxes that are not convex, such as that of Buckley and Leverett,
         whose speed is 0 at 0 and at 1. Also where the speeds of a model with flux(q, aux) depend on more than both sides.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no `speeds_between`: those of both sides are taken")
 
     @default
     def jump(self, ql, qr, auxl, auxr):
@@ -136,13 +135,12 @@ class Model(Part, ABC):
         """Return the part of qr - ql beyond an equilibrium, on which a viscosity may act."""
         return subtract(qr, ql)
 
-    @default
+    @optional
     def lift(self, here, aux):
         """Return the term to add to q so that rest over ``aux`` is constant; linear in aux, frozen at the state ``here``.
 
         High-order reconstructions use q + lift. Zero by default, and used only where defined.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no `lift`: q itself is reconstructed")
 
     @default
     def to_modes(self, here, w):
@@ -157,18 +155,16 @@ class Model(Part, ABC):
         """Return w from its amplitudes, the inverse of ``to_modes``."""
         return amplitudes
 
-    @default
+    @optional
     def cell_integral(self, ql, qr, q, aux):
         """Return the integral of f_x + B q_x - source over a cell with face states ql, qr and polynomials q and aux.
 
         Used where defined; otherwise it is the flux difference or, where ``jump`` is defined, built from jumps.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no `cell_integral`: the scheme builds it from the others")
 
-    @default
+    @optional
     def decompose(self, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of the Roe linearisation: ``jump`` as a sum of its eigenvectors. No default."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `decompose`")
 
     @default
     def matrix_product(self, ql, qr, auxl, auxr, v):
@@ -182,53 +178,46 @@ class Model(Part, ABC):
         after = answers.flux(self, combine(1.0, mean, 0.5, v), aux)
         return subtract(after, answers.flux(self, combine(1.0, mean, -0.5, v), aux))
 
-    @default
+    @optional
     def cross(self, ql, qr, auxl, auxr):
         """Return the Lax-Wendroff term A'(G) dq - A'(dq) G - S'(G) db - A_a da G of nonconservative products and bottom.
 
         G is the jump, S db the source that it contains, a the aux values on which A depends in a model without a flux: the colour
         equation q_t + u(x) q_x = 0 has -du G. Zero by default: conservation laws have none, flux(q, aux) neither.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no `cross`: the scheme skips it")
 
-    @default
+    @optional
     def relaxation(self, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) that keep every mass non-negative, for any data. No default.
 
         Where a model defines it, any other solver falls back to it at faces next to dry ground. The ``jump`` of a
         scheme is reduced by sources; ``jump.whole`` is the full one.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no `relaxation`")
 
-    @default
+    @optional
     def beyond(self, q, slopes, distance):
         """Return the state of a flow ``distance`` m beyond a cell with state q, positive to the right, where the aux functions
         continue at ``slopes``, per metre to the right: rest must stay at rest, and uniform flow uniform.
 
         Where defined, the aux functions continue beyond open ends, see ``fvkit.problem.open_ends.Continued``.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no `beyond`: the aux functions are constant beyond the ends")
 
-    @default
+    @optional
     def settle(self, q):
         """Return the state of a cell after a step: layers that are too thin to move lose their momentum. Optional."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `settle`: cells keep what they get")
 
-    @default
+    @optional
     def admissible(self, q):
         """Return whether the state is physical. Optional; masses are always checked."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `admissible`: the checks skip it")
 
-    @default
+    @optional
     def hyperbolic_discriminant(self, ql, qr):
         """Return a number per face, negative where the Roe mean has complex speeds; also with ``auxl, auxr``.
         Optional."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `hyperbolic_discriminant`: faces are not counted")
 
-    @default
+    @optional
     def may_lose_hyperbolicity(self, ql, qr):
         """Return a cheap necessary condition for a negative `hyperbolic_discriminant`; also with ``auxl, auxr``."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `may_lose_hyperbolicity`")
 
     def along(self, axis: int) -> "Model":
         """Return the equations along an axis, 0 for x and 1 for y: by default the same for all."""
@@ -256,10 +245,9 @@ class Model(Part, ABC):
         """
         raise NotImplementedError(f"{type(self).__name__} has a `relief`, so it must define `on_bed`")
 
-    @default
+    @optional
     def preferred_riemann(self) -> Any:
         """Return the default Riemann solver. Optional: otherwise it is Roe, or HLL for a model without `decompose`."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `preferred_riemann`")
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
         """Return the observables, {name: (n,)}: by default the conserved quantities."""

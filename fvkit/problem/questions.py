@@ -94,12 +94,8 @@ def samples(model: Any, q: tuple[Any, ...], aux: tuple[Any, ...]) -> dict[str, A
 
 
 def check_answers(part: Any, given: Mapping[str, Any], traced: bool = True) -> dict[str, Any]:
-    """Ask a part every question that it answers, and return {name: answer}.
-
-    Raises
-    ------
-    PointwiseError
-        Where it breaks the pointwise contract, or an answer has another form than it should, see `fvkit.pointwise.contract`.
+    """Ask a part every question that it answers, and return {name: answer}; a PointwiseError where it breaks the pointwise
+    contract, or an answer has another form than it should, see `fvkit.pointwise.contract`.
     """
     q, masses = given["q"], len(given["model"].mass_rows())
     forms = {"state": Answer(len(q)), "two bounds": Answer(2), "number": Answer(None), "waves": Answer(len(q), waves=True),

@@ -6,7 +6,7 @@ sqrt(1 + s^2) along the slope s and left alone across it: they are then those al
 preferred direction. A level bottom leaves every bit. Derived here.
 """
 
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any, ClassVar
 
 import attrs
@@ -20,18 +20,14 @@ from fvkit.problem.questions import aux_places
 
 @attrs.frozen(eq=False)
 class Slopes:
-    """Slopes of an aux function along each axis: a field of the problem, like those of its sources.
+    """Slopes of an aux function along each axis, from its cell averages: a field of the problem, like those of its sources.
 
     Of its one-sided differences a and b a cell has a b (a + b)/(a^2 + b^2) (van Albada): their mean where they are alike, the
     smaller one beside a cliff, which is a wall and no slope, and 0 at a crest or in a pit.
 
-    Parameters
-    ----------
-    values : cell averages, of the shape of the grid.
-    grid : the cells.
-    bends : whether second derivatives follow the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of slopes that are smoothed
-        by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. Of five differences in a row they have
-        the median: it leaves out a cliff of one or two faces, and keeps the whole turn of a kink.
+    Where it ``bends`` second derivatives follow the slopes: b_xx, with two axes b_xx, b_xy, b_yy, of slopes that are smoothed
+    by the weights 1/4, 1/2, 1/4 along each axis, since those of a raster are noise. Of five differences in a row they have
+    the median: it leaves out a cliff of one or two faces, and keeps the whole turn of a kink.
     """
 
     values: np.ndarray
@@ -117,14 +113,10 @@ def _limited(values: np.ndarray, axis: int, dx: float) -> np.ndarray:
 
 @attrs.frozen(repr=False)
 class OverSlopes(Wrapper):
-    """A model that finds the slopes of its bottom behind its own aux values.
+    """A model that finds the slopes of its bottom, that its `Model.relief` names, behind its own aux values.
 
-    Parameters
-    ----------
-    part : the equations; their `Model.relief` names the aux function.
-    axes : number of axes of the grid.
-    number : of the axis of the sweep.
-    bends : whether second derivatives follow the slopes.
+    ``axes`` is the number of axes of the grid, ``number`` that of the axis of the sweep; where it ``bends`` second derivatives
+    follow the slopes.
     """
 
     axes: int
@@ -228,10 +220,7 @@ def turned_aside(model, state, slopes, root, turning, bearing, dt):
 
 def stretching(slopes):
     """Return 1 + s^2 of the steepest slope s: the square of the length of the bottom over its length on the map."""
-    total = 1.0
-    for slope in slopes:
-        total = total + slope * slope
-    return total
+    return reduce(lambda total, slope: total + slope * slope, slopes, 1.0)
 
 
 def stretched(model, state, slopes, root):

@@ -63,13 +63,7 @@ class Along(Part):
 
 @attrs.frozen(eq=False)
 class Section:
-    """Neighbouring cells of a side that share a condition.
-
-    Parameters
-    ----------
-    lanes : which cells along the side.
-    ends : the condition as it is placed at each of them.
-    """
+    """Neighbouring cells of a side, its ``lanes``, that share a condition, as it is placed at each of its ``ends``."""
 
     lanes: slice
     ends: tuple[BoundaryCondition, ...]

@@ -9,7 +9,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise import add, combine, maximum, minimum, scale, subtract, where
-from fvkit.pointwise.part import Part, default
+from fvkit.pointwise.part import Part, optional
 from fvkit.problem.fields import is_number
 from fvkit.problem.model import Model
 from fvkit.problem.questions import SOURCE
@@ -87,15 +87,13 @@ class Source(Part, ABC):
     def step(self, model, q, aux, dt):
         """Return the state after a time dt under this source alone."""
 
-    @default
+    @optional
     def driven(self, model, before, after, bearing, aux, dt):
         """Return the state after dt under this source and a drive that alone takes ``before`` to ``after``."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `driven`: it acts beside the transport")
 
-    @default
+    @optional
     def implicit_rate(self, model, q, aux, a):
         """Return S(y) at the state y = q + a S(y), a >= 0 a time, for implicit stages. Optional."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `implicit_rate`: only splitting serves it")
 
     @abstractmethod
     def rate(self, model, q, aux):

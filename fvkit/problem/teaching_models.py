@@ -1,19 +1,13 @@
 """Teaching models: linear advection, Burgers and linear acoustics."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import attrs
 import numpy as np
 
 from fvkit.problem.model import Model
-from fvkit.validation import number, real
-
-
-def _velocity(value: Any) -> Any:
-    if isinstance(value, (tuple, list)) and len(value) == 2:
-        return real(value[0], "speed[0]"), real(value[1], "speed[1]")
-    return real(value, "speed", hint="m/s; with two axes a pair (x, y)")
+from fvkit.validation import field, number, per_axis, real
 
 
 @attrs.frozen
@@ -33,7 +27,7 @@ class Advection(Model):
 
     conserved: ClassVar[tuple[str, ...]] = ("u",)
 
-    speed: float = attrs.field(converter=_velocity)
+    speed: float = field(per_axis, each=real, hint="a velocity in m/s")
 
     def along(self, axis: int) -> "Advection":
         if not isinstance(self.speed, tuple):

@@ -128,13 +128,8 @@ def _entry(number: int, name: str) -> str:
 
 
 def restore_records(observers: Iterable[Any], stepper: Stepper, archive: Archive, kept: Any) -> None:
-    """Restore the records of observers from a checkpoint; warn about observers without a record and records without an observer.
-
-    Parameters
-    ----------
-    observers : observers of the continued run; an observer and its record are matched by class and fields.
-    stepper : stepper restored to the checkpoint.
-    archive, kept : the checkpoint file, and the list of observers from its plan.
+    """Restore the records of observers, matched by class and fields with those ``kept`` in the plan of a checkpoint; warn about
+    observers without a record and records without an observer.
     """
     if not (isinstance(kept, list) and all(isinstance(one, dict) and isinstance(one.get("notes"), list) for one in kept)):
         raise archive.refused("its plan does not name the observers whose records it has")

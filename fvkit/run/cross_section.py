@@ -23,11 +23,6 @@ def polyline(value: Any, name: str, hint: str = "") -> np.ndarray:
     return points
 
 
-def _place_or_line(value: Any) -> Any:
-    """Return a number x, or a polyline."""
-    return validation.real(value, "line") if validation.is_single(value) else polyline(value, "line", ", with one axis a place x")
-
-
 @attrs.define(eq=False)
 class CrossSection(SeriesObserver):
     """Cross-section: discharge of every mass through a line, and the volume that has passed; with one axis at a place x.
@@ -66,8 +61,9 @@ class CrossSection(SeriesObserver):
     -8.000000 -4.000000
     """
 
-    line: Any = attrs.field(converter=_place_or_line)
-    _pieces: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
+    line: Any = attrs.field(converter=lambda value: validation.real(value, "line") if validation.is_single(value) else
+                            polyline(value, "line", ", with one axis a place x"))
+    _pieces: Any = attrs.field(default=None, init=False, repr=False)
     _names: tuple[str, ...] = attrs.field(default=(), init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
@@ -83,8 +79,6 @@ class CrossSection(SeriesObserver):
         self._names = tuple(problem.conserved[row] for row in problem.mass_rows)
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        if self._pieces is None:
-            raise RuntimeError("`begin` must be called first")
         cells, normals = self._pieces
         here = q.reshape(len(q), -1)[:, cells]
         through = np.zeros(len(self._names))

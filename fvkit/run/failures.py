@@ -14,12 +14,7 @@ from fvkit.run.stepper import Stepper
 class RunOutcome:
     """Outcome of a run: its status and the first exception, None without.
 
-    Parameters
-    ----------
-    stepper : stepper of the run.
-    doing : current activity, for the message of an exception.
-    status, failure : current status and first exception.
-    notes : further parts of the final message, such as how to continue a failed run.
+    The message of an exception says what the run was ``doing``; ``notes`` follow it, such as how to continue a failed run.
     """
 
     stepper: Stepper

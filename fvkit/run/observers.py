@@ -91,13 +91,7 @@ class Observer(ABC):
 
 @attrs.define(eq=False)
 class SeriesObserver(Observer, ABC):
-    """Abstract observer of time series: ``see`` calls `add` with named values, numbers or rows of one length.
-
-    Attributes
-    ----------
-    t : numpy.ndarray
-        (k,) times, s.
-    """
+    """Abstract observer of time series: ``see`` calls `add` with named values, numbers or rows of one length."""
 
     _series: dict[str, np.ndarray] = attrs.field(factory=dict, init=False, repr=False)  # longer than `_count` rows; time is ""
     _count: int = attrs.field(default=0, init=False, repr=False)

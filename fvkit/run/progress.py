@@ -39,7 +39,8 @@ def reporter(progress: Progress, start: float, end: float) -> Iterator[Update]:
                 last, taken = now, steps - before[1]
                 dt = f", dt {(t - before[0]) / taken:.3g} s" if taken else ""
                 before = (t, steps)
-                show(t - start, f"{steps} steps{dt}", _left(now - began, t - start, end - t))
+                left = f", about {duration((now - began) * (end - t) / (t - start))} left" if start < t < end else ""
+                show(t - start, f"{steps} steps{dt}", left)
 
         yield report
 
@@ -88,11 +89,6 @@ def _bar(total: float, label: str, amount: str) -> Any:
 
 def _line(share: float, words: str) -> None:
     print(f"\r{'#' * int(40 * share):.<40} {100 * share:5.1f} % {words}", end="", file=sys.stderr, flush=True)
-
-
-def _left(seconds: float, done: float, rest: float) -> str:
-    """Return the wall time that is left at the rate so far, such as ", about 3.2 h left"; "" at both ends of a run."""
-    return f", about {duration(seconds * rest / done)} left" if done > 0.0 and rest > 0.0 else ""
 
 
 def duration(seconds: float) -> str:

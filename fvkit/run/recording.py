@@ -1,6 +1,5 @@
 """Recording of outputs: in memory, or streamed to a netCDF file."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -16,34 +15,8 @@ from fvkit.problem.problem import Problem
 from fvkit.schemes.scheme import Scheme
 
 
-class Snapshots(ABC):
-    """Abstract collection of outputs: `add` appends a state, `finish` ends the run; `t` and `q` become those of the Solution."""
-
-    @abstractmethod
-    def add(self, t: float, q: np.ndarray) -> None:
-        """Append the state q (num_eqn, *grid.shape) at time ``t``."""
-
-    @property
-    @abstractmethod
-    def t(self) -> np.ndarray:
-        """Times, (k,)."""
-
-    @property
-    @abstractmethod
-    def q(self) -> np.ndarray:
-        """States, (k, num_eqn, *grid.shape)."""
-
-    @abstractmethod
-    def finish(self, kept: Mapping[str, Any]) -> None:
-        """Store the final configuration of the run."""
-
-    @abstractmethod
-    def abandon(self) -> None:
-        """Close without finishing, after an unrelated error; later snapshots go to memory."""
-
-
-class InMemory(Snapshots):
-    """Outputs in memory, in one preallocated array."""
+class InMemory:
+    """Outputs in memory, in one preallocated array: times `t` and states `q`, (k, num_eqn, *grid.shape), those of a Solution."""
 
     def __init__(self, count: int, q0: np.ndarray) -> None:
         self._t: list[float] = []
@@ -68,13 +41,10 @@ class InMemory(Snapshots):
         pass
 
 
-class NetcdfStream(Snapshots):
+class NetcdfStream:
     """Outputs streamed to a netCDF file; only the first and the last state stay in memory.
 
-    Parameters
-    ----------
-    path : path that ends in .nc; until the end of the run the file is called NAME.part.nc.
-    problem, scheme : problem and scheme of the run, for the configuration stored before the run ends.
+    Until the end of the run the file is called NAME.part.nc, and has the configuration of problem and scheme before a run.
     """
 
     def __init__(self, path: Path, problem: Problem, scheme: Scheme) -> None:
@@ -88,6 +58,7 @@ class NetcdfStream(Snapshots):
         self._ends: list[tuple[float, np.ndarray]] = []
 
     def add(self, t: float, q: np.ndarray) -> None:
+        """Append a state at a time."""
         try:
             if not self._broken:
                 self._writer = self._writer or self._open()
@@ -110,6 +81,7 @@ class NetcdfStream(Snapshots):
         return np.array([q for _, q in self._ends])
 
     def finish(self, kept: Mapping[str, Any]) -> None:
+        """Store the final configuration of the run."""
         if self._writer is None or self._broken:
             return
         try:
@@ -119,9 +91,14 @@ class NetcdfStream(Snapshots):
             raise
 
     def abandon(self) -> None:
+        """Close without finishing, after an unrelated error; later outputs stay in memory."""
         self._broken = True
         if self._writer is not None:
             self._writer.close()
+
+
+#: Outputs of a run.
+Snapshots = InMemory | NetcdfStream
 
 
 def _netcdf(value: Any) -> Path:

@@ -224,9 +224,10 @@ class Stepper:
 
     def warn_lost(self) -> None:
         """Warn about complex wave speeds if ``nonhyperbolic`` is "warn"; called at the end of the run for thin films alone."""
-        march = self._march
+        grid, march = self.problem.grid, self._march
         if not march.lost or self.nonhyperbolic != "warn":
             return
+        place = grid.located(march.lost_face) if len(grid.axes) > 1 else f"x = {grid.edges[march.lost_face]:.6g}"
         deepest = march.deepest / MICRO
         if march.lost == march.films:
             where = (f", at {march.films} faces and steps, all in films: the deepest is {100.0 * deepest:.2g} cm deep, less than "
@@ -234,15 +235,9 @@ class Stepper:
         else:
             where = f", so far {deepest:.3g} m deep" * (deepest > 0.0)
         warnings.warn(f"characteristic speeds are complex from t = {march.lost_time:.6g} on, first at "
-                      f"{self._lost_at}{where}: the problem is ill-posed there and does not "
-                      "converge. stats.nonhyperbolic_faces counts; nonhyperbolic='raise' stops, 'ignore' is silent.",
+                      f"{place}{where}: the problem is ill-posed there and does not converge. "
+                      "stats.nonhyperbolic_faces counts such faces; nonhyperbolic='raise' stops the run, 'ignore' hides this.",
                       RuntimeWarning, stacklevel=3)
-
-    @property
-    def _lost_at(self) -> str:
-        """Place of the first face whose wave speeds became complex."""
-        grid, face = self.problem.grid, self._march.lost_face
-        return grid.located(face) if len(grid.axes) > 1 else f"x = {grid.edges[face]:.6g}"
 
     @property
     def only_films_lost(self) -> bool:

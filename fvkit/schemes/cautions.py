@@ -47,14 +47,7 @@ def cautioned(problem: Problem, chosen: Scheme, parts: Parts) -> Scheme:
 
 
 def lacks_balance(model: Model, q: Any, aux: Any, steps: Any) -> bool:
-    """Whether a step of the aux values pushes states without momentum, and the model has no `balanced_difference`.
-
-    Parameters
-    ----------
-    model : the model; one without phases has no momentum to be without.
-    q, aux : tuples of components, states and their aux values.
-    steps : a step of each of these.
-    """
+    """Whether ``steps`` of the aux values push states without momentum, and a model with phases has no `balanced_difference`."""
     known = model.defines("balanced_difference") or not model.defines("jump") or "flux" in model.takes_aux
     if known or not model.phases:
         return False

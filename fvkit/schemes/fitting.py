@@ -45,10 +45,10 @@ def check_axes(scheme: Scheme, grid: Grid) -> None:
 
 
 def _check_relief(problem: Problem, scheme: Scheme) -> None:
-    """Refuse what does not see the slopes of the ground."""
+    """Refuse what has no equations for steep ground."""
     if not scheme.planar:
-        raise ValueError(f"{type(scheme).__name__} does not see the slopes that {type(problem.model).__name__} needs on steep "
-                         "ground: take fv.WavePropagation, or slope=\"mild\"")
+        raise ValueError(f"{type(scheme).__name__} has the equations for mild slopes only, got a {type(problem.model).__name__} "
+                         "with slope=\"steep\": take fv.WavePropagation, or slope=\"mild\"")
     if problem.background is not None:
         raise ValueError("`background` needs slope=\"mild\": a flow on steep ground has none")
 

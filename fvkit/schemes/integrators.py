@@ -25,6 +25,19 @@ class Integrator:
        to u_{k+1}, and its last entry makes that stage implicit. ``weights`` are the weights of S in the new state.
     5. `check` passes: each row of alpha adds up to 1, the last state belongs to time dt, and ``ssp`` is at most the
        smallest alpha/beta.
+
+    Examples
+    --------
+    Heun's method of second order; its rows are those of u_1 and u_2:
+
+    >>> import fvkit as fv
+    >>> class Heun(fv.Integrator):
+    ...     alpha = (1.0,), (0.5, 0.5)
+    ...     beta = (1.0,), (0.0, 0.5)
+    ...     cfl, ssp = 0.5, 1.0
+    >>> Heun().check()
+    >>> fv.MethodOfLines(fv.Roe(), fv.MP5(), Heun()).cfl
+    0.5
     """
 
     alpha: ClassVar[Table] = ()

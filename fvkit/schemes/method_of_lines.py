@@ -61,16 +61,13 @@ class MethodOfLines(Scheme):
     MethodOfLines(riemann=Roe(), reconstruction=WENO5(), integrator=DP5(), cfl=1.0)
     """
 
-    riemann: RiemannSolver = attrs.field()
-    reconstruction: Reconstruction = attrs.field(factory=MP5)
-    integrator: Integrator = attrs.field(factory=SSPRK104)
+    riemann: RiemannSolver = validation.field(validation.instance, kind=RiemannSolver, hint="such as fv.HLL()")
+    reconstruction: Reconstruction = validation.field(validation.instance, MP5(), kind=Reconstruction, hint="such as fv.MP5()")
+    integrator: Integrator = validation.field(validation.instance, SSPRK104(), kind=Integrator, hint="such as fv.SSPRK104()")
     cfl: float = validation.optional_number(above=0.0)
     splitting: Splitting = attrs.field(init=False, repr=False)
 
     def __attrs_post_init__(self) -> None:
-        validation.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
-        validation.instance(self.reconstruction, "reconstruction", Reconstruction, "such as fv.MP5()")
-        validation.instance(self.integrator, "integrator", Integrator, "such as fv.SSPRK104()")
         object.__setattr__(self, "splitting", Unsplit() if self.integrator.implicit else Strang())
         if self.cfl is None:
             object.__setattr__(self, "cfl", self.integrator.cfl)

@@ -88,10 +88,6 @@ def program(integrator: Integrator) -> Program:
     return _assign(_steps(integrator))
 
 
-def _nonzero(values: list[tuple[Value, float]]) -> tuple[tuple[Value, float], ...]:
-    return tuple((value, weight) for value, weight in values if weight != 0.0)
-
-
 def _steps(method: Integrator) -> list[_Step]:
     count, times, weights = len(method.beta), _times(method), _weights(method)
     euler = 1.0 / (method.ssp or 1.0)
@@ -106,7 +102,8 @@ def _steps(method: Integrator) -> list[_Step]:
             row = method.weights if last else method.implicit[k][:-1]
             explicit += [((SOURCE, j), weight) for j, weight in enumerate(row)]
         before = (STATE, 101 + k) if method.implicit and not last else (STATE, k + 1)
-        result.append(_Step(False, (STATE, k), (TRANSPORT, k), euler, times[k], weights[k], before, _nonzero(explicit)))
+        terms = tuple((value, weight) for value, weight in explicit if weight != 0.0)
+        result.append(_Step(False, (STATE, k), (TRANSPORT, k), euler, times[k], weights[k], before, terms))
         if method.implicit and not last:
             share = method.implicit[k][-1]
             result.append(_Step(True, before, (SOURCE, k + 1), share, times[k + 1], 0.0, (STATE, k + 1),

@@ -10,7 +10,7 @@ import numpy as np
 
 from fvkit import validation
 from fvkit.pointwise import TINY, add, combine, least, maximum, minimum, scale, subtract, where
-from fvkit.pointwise.part import Part, default
+from fvkit.pointwise.part import Part, optional
 from fvkit.problem.answers import face_speeds, mass_flux
 from fvkit.problem.model import Model
 from fvkit.problem.questions import RIEMANN
@@ -57,12 +57,11 @@ class RiemannSolver(Part, ABC):
     def solve(self, model, ql, qr, auxl, auxr, jump):
         """Return (waves, speeds) of a face with total fluctuation ``jump``: tuples with one entry per wave family."""
 
-    @default
+    @optional
     def total(self, ql, qr, auxl, auxr):
         """Return the sum of the waves, one value per component, for a solver that does not use the model's jump.
 
         Optional. If the flux of the model differs from the sum, the run is first order and warns."""
-        raise NotImplementedError(f"{type(self).__name__} defines no `total`: its waves add up to the jump of the model")
 
     @classmethod
     def serves(cls, model: Model | type[Model]) -> bool:
@@ -84,8 +83,11 @@ class RiemannSolver(Part, ABC):
 #: mere round-off where a scalar law is smooth.
 NARROW = 1e-3
 
-#: A numerical viscosity on D fades out as s1 s2/(s2 - s1)^2 of bounds with one sign rises to 1/``ONE_WAY``: at Froude number 1.2.
-ONE_WAY = 10.0
+#: Distance below which two bounds count as equal in any case: 1/(s2 - s1) stays a number.
+LEAST_GAP = 1e-300
+
+#: A numerical viscosity on D fades out as s1 s2/(s2 - s1)^2 of bounds with one sign rises to 1/``ONE_WAY``: at Froude number 1.5.
+ONE_WAY = 3.0
 
 
 class Viscous(NamedTuple):
@@ -103,7 +105,7 @@ def viscous(model, ql, qr, auxl, auxr, jump):
     """Return what the viscosity of `HLL` and `Rusanov` acts on at a face; a conservation law has A^ D = J."""
     s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
     gap = s2 - s1
-    opened = gap > NARROW * maximum(np.abs(s1), np.abs(s2))
+    opened = gap > maximum(NARROW * maximum(np.abs(s1), np.abs(s2)), LEAST_GAP)
     inverse = where(opened, 1.0 / where(opened, gap, 1.0), 0.0)
     change = model.difference(ql, qr, auxl, auxr)
     if not model.defines("jump"):
@@ -127,7 +129,7 @@ def left_going(model, ql, qr, auxl, auxr, face, jump):
     """
     part = scale(face.inverse, jump)
     left = combine(face.s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
-    if len(left) == 2:
+    if len(left) <= 2:
         return left
     middle = (face.s1 + face.s2) * face.inverse
     tilt = maximum(minimum(middle * (1.0 + 1.5 * middle * middle), 1.0), -1.0) * (2.0 * face.inverse)
@@ -162,13 +164,13 @@ class Roe(RiemannSolver):
 class HLL(RiemannSolver):
     """HLL solver: two waves at bounds s1 <= s2 of all wave speeds at the face::
 
-        Z1 = P (K + s1 D),  P = (s2 - A^)/(s2 - s1),  Z2 = J - Z1,  K = J - A^ D,
+        Z1 = s1 P D + K-,  P = (s2 - A^)/(s2 - s1),  Z2 = J - Z1,  K = J - A^ D,
 
     where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that the
     numerical viscosity acts on: 0 at rest, in uniform flow down a slope, and where all waves run one way (Froude numbers above
-    1.2), which need none. A conservation law has D = qr - ql, A^ D = J and K = 0: the usual HLL. If s1 = s2 the whole jump is
-    assigned to that single speed. For systems of more than two equations P has a square term, by which waves between the
-    bounds have a direction: see `left_going`.
+    1.5), which need none. A conservation law has D = qr - ql, A^ D = J and K = 0: the usual HLL. If s1 = s2 the whole jump is
+    assigned to that single speed. K- is P K for two equations; for more a square term in A^ gives the waves between the bounds
+    their direction: see `left_going`.
 
     Notes
     -----
@@ -190,12 +192,13 @@ class HLL(RiemannSolver):
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
         face = viscous(model, ql, qr, auxl, auxr, jump)
+        share, both = face.s1 * face.inverse, face.both_ways
         if face.moved is jump:
-            share = face.s1 * face.inverse
             first = combine(share * face.s2, face.difference, where(face.inverse > 0.0, -share, 0.5), jump)
         else:
-            free = combine(face.both_ways * face.s1, face.difference, -face.both_ways, face.moved)
-            first = left_going(model, ql, qr, auxl, auxr, face, add(jump, free))
+            rest = combine(1.0, jump, -both, face.moved)
+            first = add(combine(both * share * face.s2, face.difference, -both * share, face.moved),
+                        left_going(model, ql, qr, auxl, auxr, face, rest))
         return (first, subtract(jump, first)), (face.s1, face.s2)
 
 
@@ -239,10 +242,6 @@ def _function(value: Any) -> Any:
     return value
 
 
-def _data(value: Any) -> Any:
-    return validation.mapping(value, "problem_data", "{'u': 1.0}")
-
-
 @attrs.frozen
 class PyClawRiemann(RiemannSolver):
     """PyClaw Riemann solver in Python, ``(q_l, q_r, aux_l, aux_r, problem_data) -> (wave, s, amdq, apdq)``.
@@ -283,7 +282,8 @@ class PyClawRiemann(RiemannSolver):
     compilable: ClassVar[bool] = False
 
     function: Callable[..., Any] = attrs.field(converter=_function)
-    problem_data: Mapping[str, Any] = attrs.field(factory=dict, converter=_data, hash=False)
+    problem_data: Mapping[str, Any] = attrs.field(factory=dict, hash=False, converter=lambda value: validation.mapping(
+        value, "problem_data", "{'u': 1.0}"))
     fwave: bool = validation.switch(False)
 
     def solve(self, model, ql, qr, auxl, auxr, jump):

@@ -138,6 +138,13 @@ class Scheme(ABC):
     riemann : Riemann solver at the faces.
     cfl : target Courant number.
     splitting : splitting of transport and sources.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> schemes = fv.WavePropagation(fv.HLL(), order=2), fv.MethodOfLines(fv.HLL(), fv.WENO5())
+    >>> [(isinstance(scheme, fv.Scheme), scheme.cfl, scheme.riemann) for scheme in schemes]
+    [(True, 0.9, HLL()), (True, 2.4, HLL())]
     """
 
     riemann: RiemannSolver

@@ -82,18 +82,14 @@ class WavePropagation(Scheme):
     (Roe(), (Superbee(),), 2, Strang())
     """
 
-    riemann: RiemannSolver = attrs.field()
+    riemann: RiemannSolver = validation.field(validation.instance, kind=RiemannSolver, hint="such as fv.HLL()")
     limiter: Any = attrs.field(factory=MC, converter=_limiters)
     order: int = attrs.field(default=2, converter=_order)
     cfl: float = validation.number(0.9, above=0.0, at_most=1.0)
-    splitting: Splitting = attrs.field(factory=Strang)
+    splitting: Splitting = validation.field(validation.instance, Strang(), kind=Splitting, hint="such as fv.Strang()")
     entropy_fix: bool = validation.switch(True)
     cross_term: bool = validation.switch(True)
     in_cell_shocks: bool = validation.switch(False)
-
-    def __attrs_post_init__(self) -> None:
-        validation.instance(self.riemann, "riemann", RiemannSolver, "such as fv.HLL()")
-        validation.instance(self.splitting, "splitting", Splitting, "such as fv.Strang()")
 
     @property
     def cfl_max(self) -> float:

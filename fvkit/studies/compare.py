@@ -60,7 +60,7 @@ def compare(problems: ProblemOf | Mapping[str, ProblemOf], schemes: Sequence[Sch
     name : name of the problem in the report.
     repeats : number of repeats of each run, interleaved, after a warm-up; the report has median and minimum.
     backend : as for `fvkit.solve`.
-    seconds : wall time that one run may take, s. Runs expected to take longer, from coarser ones, are skipped, others
+    seconds : time limit per run, s. Runs expected to take longer, from coarser ones, are skipped, others
         are stopped: rows with the status ``"over_budget"``.
     progress : function called with a line of text before each run.
 
@@ -128,10 +128,6 @@ def limits_of(cells: Any, repeats: Any, seconds: Any, progress: Any
 SCHEMES = "[fv.WavePropagation(fv.HLL())]"
 
 
-def _default_schemes(problem: Problem) -> list[Scheme]:
-    return [WavePropagation(solver) for solver in (Roe(), HLL(), Rusanov()) if solver.serves(problem.model)]
-
-
 def _check_alike(problems: Mapping[str, Problem]) -> None:
     names = {label: problem.model.conserved for label, problem in problems.items()}
     if len(set(names.values())) > 1:
@@ -155,16 +151,14 @@ class PlannedRun(NamedTuple):
 
 def runs_of(problems: Sequence[tuple[str, ProblemOf, Problem]], schemes: Sequence[Scheme] | None, cells: tuple[int, ...]
             ) -> list[PlannedRun]:
-    """Return the runs of each problem with every scheme that serves it, the default ones where ``schemes`` is None.
-
-    Parameters
-    ----------
-    problems : label, problem by the number of cells, and the problem on the first grid.
+    """Return the runs of each problem (its label, problem by the number of cells, and the problem on the first grid) with every
+    scheme that serves it, the default ones where ``schemes`` is None.
     """
     runs: list[PlannedRun] = []
     refusals = ["there are none"]
     for label, problem_of, problem in problems:
-        for scheme in _default_schemes(problem) if schemes is None else schemes:
+        usual = [WavePropagation(solver) for solver in (Roe(), HLL(), Rusanov()) if solver.serves(problem.model)]
+        for scheme in usual if schemes is None else schemes:
             try:
                 validation.instance(scheme, "schemes", Scheme, "such as fv.MethodOfLines(fv.Roe())")
                 scheme.parts(problem.model, problem.sources)

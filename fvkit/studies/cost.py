@@ -5,15 +5,10 @@ from math import log
 
 
 def predicted(cells: int, done: Sequence[tuple[int, float]], axes: int = 1) -> float:
-    """Return the predicted run time with ``cells`` cells along each axis, s, extrapolated from coarser runs.
+    """Return the predicted run time with ``cells`` cells along each axis, s, from coarser runs (cells, s); 0 without any.
 
     The time grows like N^(axes + 1) on fine grids and like N on coarse grids, where the cost of a step does not depend on N. The
     exponent is that between the two finest runs, limited to [1, axes + 1], or ``axes`` for a single run.
-
-    Parameters
-    ----------
-    done : (cells, seconds) of coarser runs; without any the prediction is 0.
-    axes : number of axes.
     """
     known = sorted(done)
     if not known:

@@ -6,11 +6,8 @@ from typing import Any
 
 
 def covering(every: Sequence[Mapping[str, Any]]) -> Iterator[Mapping[str, Any]]:
-    """Yield a greedy pairwise covering: combinations that contain every possible pair of settings of two axes.
-
-    Parameters
-    ----------
-    every : all possible combinations, {axis: setting}, with hashable settings.
+    """Yield a greedy pairwise covering of all possible combinations {axis: setting}: some that contain every possible pair of
+    settings of two axes. Settings are hashable.
     """
     pairs = [frozenset(combinations(choice.items(), 2)) for choice in every]
     left = set().union(*pairs)

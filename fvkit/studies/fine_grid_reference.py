@@ -59,17 +59,10 @@ def fine_scheme(model: Model, high_order: bool) -> Scheme:
 
 def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, cells: tuple[int, ...], backend: str,
                         seconds: float | None, tell: Callable[[str], None]) -> FineGrid:
-    """Return a run on ``REFINEMENT`` times the finest grid, or on the finest grid that is affordable.
+    """Return a run on ``REFINEMENT`` times the finest grid of ``cells``, or on the finest grid that is affordable.
 
     Two coarser runs, and with a budget as many as it takes, predict the cost of the next one and the distance of the last to
-    converged.
-
-    Parameters
-    ----------
-    problem_of : number of cells -> `fvkit.Problem`.
-    cells : those of the runs that are to be measured.
-    seconds : their budget; the reference, ``REFINEMENT`` times as fine, may take the square of that longer, with two axes
-        the cube.
+    converged. Where the measured runs have a budget of ``seconds`` it has ``REFINEMENT``^2 times that, with two axes ^3.
     """
     wanted = REFINEMENT * max(cells)
     ladder = [wanted, wanted // 2, wanted // 4]
@@ -81,7 +74,8 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
     solutions: list[Solution] = []
     for count in reversed(ladder):
         tell(f"reference: {public_name(first.model)} {scheme_name(scheme)} N={count}")
-        if limit is not None and predicted(count, _costs(solutions), axes) > limit:
+        costs = [(run.grid.axes[0].num_cells, run.stats.seconds) for run in solutions]
+        if limit is not None and predicted(count, costs, axes) > limit:
             break
         try:
             solutions.append(solve(problem_of(count), scheme, limits=Limits(seconds=limit), backend=backend,
@@ -95,10 +89,6 @@ def fine_grid_reference(problem_of: Callable[[int], Problem], scheme: Scheme, ce
     if found < wanted:
         detail += f"; N = {wanted} would take more than the {limit:g} s of the reference"
     return FineGrid(detail, solutions[-1])
-
-
-def _costs(solutions: list[Solution]) -> list[tuple[int, float]]:
-    return [(run.grid.axes[0].num_cells, run.stats.seconds) for run in solutions]
 
 
 def own_error(solutions: list[Solution]) -> str:

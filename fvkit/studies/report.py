@@ -56,16 +56,23 @@ class Report(ReportData):
     scene : name of the scene.
     reference : {"kind": "exact" | "semi-exact" | "self-converged", "detail": sentence}.
     rows : one dict per run; a failed run is a row with its status.
-    machine, versions : hardware and software of the measurement, see `environment`.
+    machine, versions : hardware and software of the measurement, see ``fvkit.studies.environment``.
     full_model : name of the model of the reference; errors of other models include a modelling error.
-    profiles : {label: `FinalProfile`} of the finest run of each series; the reference under ``"reference"``.
+    profiles : {label: ``(x, observables, y)``} of the finest run of each series; the reference under ``"reference"``.
     bottom : (x, b) on the finest grid, b (n,) or (ny, nx); None if flat.
     remarks : further information on the reference, {name: dict with a line of ``text``, or None}, for the table and
         report.json.
+
+    Examples
+    --------
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> report = gr.compare(gr.scene("dam-break"), [gr.ShallowWater], [fv.Roe(), fv.HLL()], cells=(50, 100), backend="numpy")
+    >>> report.reference["kind"], [(row["riemann"], row["cells"]) for row in report.rows]
+    ('exact', [('roe', 50), ('roe', 100), ('hll', 50), ('hll', 100)])
     """
 
     def table(self, wide: bool = False) -> str:
-        """Return the report as text of at most `WIDTH` columns: a header, one line per run, notes and the verdict.
+        """Return the report as text of at most 100 columns: a header, one line per run, notes and the verdict.
 
         Parameters
         ----------

@@ -50,10 +50,6 @@ class ReportData:
         """Whether rows differ in a column; with ``like`` only among rows of the same scheme."""
         return len({row[key] for row in self.rows if like is None or row["scheme"] == like["scheme"]}) > 1
 
-    def flat_series(self) -> dict[str, list[Row]]:
-        """Return `series` with rows as in report.csv, {label: rows}."""
-        return {label: [flat(row) for row in rows] for label, rows in self.series().items()}
-
 
 def flat(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row as in report.csv, with columns such as ``error.h`` for nested values."""

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from fvkit.output.figures import COLORS, legend_below, new_axes, plot_series, slope_guides, style
-from fvkit.studies.report_data import ReportData
+from fvkit.studies.report_data import ReportData, flat
 from fvkit.studies.tables import ROUNDING
 
 
@@ -72,7 +72,8 @@ def any_columns(report: ReportData, x: str, y: str) -> Figure:
     """Return a figure of column ``y`` over column ``x``, one line per series; axes with positive values are logarithmic."""
     figure, axes = new_axes()
     ax, values = axes[0], []
-    for k, (label, rows) in enumerate(report.flat_series().items()):
+    for k, (label, nested) in enumerate(report.series().items()):
+        rows = [flat(row) for row in nested]
         points = [(row[x], row[y]) for row in rows if row.get(x) is not None and row.get(y) is not None]
         values += points
         mark = "" if rows[0]["model"] == report.full_model else "*"
@@ -89,7 +90,8 @@ def any_columns(report: ReportData, x: str, y: str) -> Figure:
 def profiles(report: ReportData) -> Figure:
     """Return a figure of the final observables on the finest grids, with the reference and the bottom; with two axes along x
     through the middle."""
-    lines = {label: _through_the_middle(profile) for label, profile in report.profiles.items()}
+    lines = {label: profile._replace(observables={name: _middle(values) for name, values in profile.observables.items()}, y=None)
+             for label, profile in report.profiles.items()}
     curves = {label: profile for label, profile in lines.items() if label != "reference"}
     names = list(dict.fromkeys(name for profile in lines.values() for name in profile.observables))
     if report.bottom is None:
@@ -122,10 +124,6 @@ def profiles(report: ReportData) -> Figure:
 def _middle(values: np.ndarray) -> np.ndarray:
     """Values over x: of a map those of its middle row."""
     return values if values.ndim == 1 else values[len(values) // 2]
-
-
-def _through_the_middle(profile: Any) -> Any:
-    return profile._replace(observables={name: _middle(values) for name, values in profile.observables.items()}, y=None)
 
 
 def maps(report: ReportData) -> Figure:

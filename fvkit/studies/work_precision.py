@@ -35,6 +35,16 @@ class WorkPrecision:
     seconds : {label of a series: time to reach each target, s, None if not reached}.
     easy : {label: for each target, whether even the coarsest run is more accurate, so that the time is an upper bound}.
     fastest : label of the fastest series of the full model for each target, None if no series reaches the target.
+
+    Examples
+    --------
+    >>> from fvkit.studies.work_precision import WorkPrecision
+    >>> seconds, easy = {"Roe": (0.001, 0.02), "HLL": (0.002, None)}, {"Roe": (True, False), "HLL": (False, False)}
+    >>> print(WorkPrecision("h", (1e-2, 1e-3), seconds, easy, fastest=("Roe", "Roe")))
+    ms to L1(h) =  1e-02  1e-03
+    -------------  -----  -----
+    Roe             [<1]   [20]
+    HLL               2      -
     """
 
     observable: str
@@ -69,14 +79,8 @@ class WorkPrecision:
 
 def work_precision(series: Mapping[str, Sequence[Row]], observable: str, full: Sequence[str],
                    targets: Sequence[float] | None = None) -> WorkPrecision:
-    """Return the run time of every series for every target error.
-
-    Parameters
-    ----------
-    series : {label: rows}.
-    observable : observable of the L1 error.
-    full : labels of the series of the full model, among which the fastest is determined.
-    targets : errors; None for the powers of ten within the range of errors of the runs.
+    """Return the run time of every series, {label: rows}, for every target error: None for the powers of ten within the range
+    of errors of the runs. The fastest is that of the series in ``full``, those of the full model.
     """
     finished = {label: [row for row in rows if observable in row["error"]] for label, rows in series.items()}
     finished = {label: rows for label, rows in finished.items() if rows}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
+from fvkit import validation
 from fvkit.files import csv_text, write_whole
 from fvkit.problem.grid import NAMES
 from fvkit.sweeps.member import FINISHED, MemberResult
@@ -87,10 +88,7 @@ class SweepResult:
         ValueError
             For arrays of different shapes.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise ImportError("`to_xarray` needs xarray: pip install fvkit[io]") from None
+        xarray = validation.library("xarray", "to_xarray", "io")
         ragged = [name for name, values in self.outputs.items() if values.dtype == object]
         if ragged:
             raise ValueError(f"{', '.join(ragged)} have different shapes in different members, which no Dataset holds: "
@@ -143,12 +141,8 @@ class SweepResult:
             return write_whole(target, self.to_csv())
         if target.suffix != ".nc":
             raise ValueError(f"`path` must end in .csv or .nc, got {target.name!r}")
-        data = self.to_xarray()
-        try:
-            content = data.to_netcdf(engine="h5netcdf")
-        except (ImportError, ValueError):
-            raise ImportError("netCDF files need h5netcdf: pip install fvkit[io]") from None
-        return write_whole(target, bytes(content))
+        validation.library("h5netcdf", "netCDF", "io")
+        return write_whole(target, bytes(self.to_xarray().to_netcdf(engine="h5netcdf")))
 
 
 def _stack(values: Sequence[np.ndarray | None]) -> np.ndarray:

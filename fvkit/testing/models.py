@@ -30,6 +30,18 @@ class ModelConformance(OnModel):
     smooth : relative size of the waves of the smooth checks.
     large : relative size of larger waves for second order, since a missing `cross` grows with the square of it.
     order : orders that the schemes must reach on smooth data: second order, fifth order.
+
+    Examples
+    --------
+    ``states`` draws random states that the model can handle:
+
+    >>> import fvkit as fv
+    >>> from fvkit.testing import ModelConformance
+    >>> class TestBurgers(ModelConformance):
+    ...     model = fv.Burgers()
+    ...     def states(self, rng, count):
+    ...         return rng.uniform(-1.0, 1.0, (1, count))
+    >>> TestBurgers().test_equal_states_make_no_jump()  # pytest calls every check, fvkit.testing.run too
     """
 
     kinds: ClassVar[Mapping[str, type]] = {"model": Model}

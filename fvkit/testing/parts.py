@@ -18,6 +18,15 @@ class LimiterConformance(Suite):
     ----------
     limiter : the limiter.
     monotone : whether phi lies in Sweby's region, 0 <= phi <= min(2, 2 theta): no new extrema.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> from fvkit.testing import LimiterConformance, run
+    >>> class TestMC(LimiterConformance):
+    ...     limiter = fv.MC()
+    >>> print(run(TestMC))
+    4 checks passed, 0 skipped
     """
 
     kinds: ClassVar[Mapping[str, type]] = {"limiter": Limiter}
@@ -59,6 +68,16 @@ class SourceConformance(OnModel):
     accuracy : relative tolerance of ``step`` against the integrated ``rate``.
     dt : time of the comparison, s.
     of_mass : whether the source changes masses.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> from fvkit.testing import SourceConformance
+    >>> class TestDrag(SourceConformance):
+    ...     source, model = gr.ConstantDrag(D=5.0), gr.TwoPhase(dry=1e-8)
+    ...     def states(self, rng, count):
+    ...         return rng.uniform(0.5, 1.0, (4, count))
+    >>> TestDrag().test_the_step_follows_the_rate()  # pytest calls every check, fvkit.testing.run too
     """
 
     kinds: ClassVar[Mapping[str, type]] = {"model": Model, "source": Source}

@@ -21,6 +21,16 @@ class RiemannConformance(OnModel):
     ----------
     riemann : the solver.
     model : a model that it serves.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> from fvkit.testing import RiemannConformance
+    >>> class TestRoe(RiemannConformance):
+    ...     riemann, model = fv.Roe(), fv.Acoustics()
+    ...     def states(self, rng, count):
+    ...         return rng.uniform(-1.0, 1.0, (2, count))
+    >>> TestRoe().test_waves_add_up_to_the_jump()  # pytest calls every check, fvkit.testing.run too
     """
 
     kinds: ClassVar[Mapping[str, type]] = {"model": Model, "riemann": RiemannSolver}

@@ -21,6 +21,13 @@ class Outcome:
     ----------
     passed : names of the checks that passed.
     skipped : {name: reason} of checks that do not apply to the part.
+
+    Examples
+    --------
+    >>> from fvkit.testing import Outcome
+    >>> print(Outcome(passed=("test_it_is_data",), skipped={"test_walls_keep_the_masses": "Burgers has no phases"}))
+    1 checks passed, 1 skipped
+      test_walls_keep_the_masses: Burgers has no phases
     """
 
     passed: tuple[str, ...]
@@ -49,6 +56,15 @@ def run(suite: type) -> Outcome:
         If a check fails: the names of all that do, with their reasons.
     TypeError
         If ``suite`` is not a class with checks.
+
+    Examples
+    --------
+    >>> import fvkit as fv
+    >>> from fvkit.testing import LimiterConformance, run
+    >>> class TestMinmod(LimiterConformance):
+    ...     limiter = fv.Minmod()
+    >>> print(run(TestMinmod))
+    4 checks passed, 0 skipped
     """
     if not isinstance(suite, type):
         raise TypeError(f"`suite` must be the class, not an instance of it, got {shown(suite)}")

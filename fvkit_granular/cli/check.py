@@ -2,6 +2,7 @@
 
 import argparse
 import warnings
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,13 @@ from fvkit.cli import SUCCESS, add_command
 from fvkit.files import usable_folder
 from fvkit.output.figures import save_all
 from fvkit.pointwise.part import public_name
+from fvkit.problem.directions import SIDES
 from fvkit_granular.cli.options import one_of
 from fvkit_granular.models.registry import MODELS
 from fvkit_granular.models.slope import SteepSlopeWarning, said_of, within_reach
 from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
+from fvkit_granular.sources.line_inflow import LineInflow
 from fvkit_granular.studies.advise_terrain import effort
 
 
@@ -41,6 +44,7 @@ def _check(options: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SteepSlopeWarning)  # said below
         problem = scene.problem(options.model)
+    scene.watch.observers(2)  # which warn of what looks like another unit
     print(scene.terrain.describe())
     if scene.release is not None:
         print(scene.release)
@@ -61,7 +65,19 @@ def _brought(source: Any, scene: Scene) -> str:
         return ""
     given = source.intensity
     volume = scene.terrain.grid.cell_volume * given.brought(scene.t_end)
-    return f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
+    said = f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
+    if not isinstance(source, LineInflow):
+        return said
+    speed: Any = source.speed_x
+    x, y = _direction(source)
+    return f"{said}, at up to {speed.values.max():.4g} m/s towards {np.degrees(np.arctan2(x, y)) % 360.0:.0f} degrees " \
+        "(90 is east)"
+
+
+def _direction(source: Any) -> np.ndarray:
+    """The mean direction of flow that comes in through a line, (x, y) of length 1."""
+    mean = np.array([(along.shape * source.intensity.shape).sum() for along in (source.speed_x, source.speed_y)])
+    return np.asarray(mean / np.hypot(*mean))
 
 
 def _is_hydrograph(source: Any) -> bool:
@@ -75,11 +91,13 @@ def _picture(scene: Scene) -> Any:
 
     released = None if scene.release is None else scene.release.thickness
     axes = draw_map(scene.terrain, released, "release, m (vertical)", release=scene.release)
-    for given in (source.intensity for source in scene.sources if _is_hydrograph(source)):
-        rows, columns = np.unravel_index(given.cells, scene.terrain.grid.shape)
+    for source in filter(_is_hydrograph, scene.sources):
+        rows, columns = np.unravel_index(source.intensity.cells, scene.terrain.grid.shape)
         x, y = scene.terrain.grid.axes[0].centers[columns], scene.terrain.grid.axes[1].centers[rows]
         axes.plot(x, y, "s", color="#56B4E9", markeredgecolor="#0072B2", markersize=4)
         axes.annotate("hydrograph", (x[0], y[0]), xytext=(6, -10), textcoords="offset points", fontsize=9)
+        if isinstance(source, LineInflow):
+            axes.quiver(x.mean(), y.mean(), *_direction(source).tolist(), color="#0072B2", scale=12.0, width=0.008, zorder=3)
     for k, (x, y) in enumerate(scene.watch.gauges):
         axes.plot(x, y, "v", color="#0072B2", markeredgecolor="white", markersize=9)
         axes.annotate(f"gauge {k}", (x, y), xytext=(6, 4), textcoords="offset points", fontsize=9)
@@ -89,8 +107,6 @@ def _picture(scene: Scene) -> Any:
     if scene.watch.path:
         axes.plot(*np.array(scene.watch.path).T, color="#CC79A7", linewidth=1.5, linestyle="--")
         axes.annotate("path", scene.watch.path[0], xytext=(6, -10), textcoords="offset points", fontsize=9)
-    places = {"west": (0.01, 0.5, 90), "east": (0.97, 0.5, 90), "south": (0.5, 0.01, 0), "north": (0.5, 0.965, 0)}
-    for (side, (x, y, turn)), condition in zip(places.items(), scene.boundary, strict=True):
-        axes.text(x, y, f"{side}: {public_name(condition)}", transform=axes.transAxes, rotation=turn, fontsize=8, va="bottom",
-                  bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1.0})
+    axes.figure.supxlabel(", ".join(f"{side}: {public_name(condition)}" for side, condition in zip(
+        chain.from_iterable(SIDES), scene.boundary, strict=True)), fontsize=8)
     return axes.figure

@@ -17,15 +17,18 @@ def register(commands: Any) -> None:
     """Add the command to the parser of ``fvkit``."""
     listed = add_command(commands, "scenes", _scenes, "list the built-in scenes, or show one as a TOML file",
                          "fvkit scenes --show riemann > mine.toml")
-    listed.add_argument("--show", metavar="SCENE", help="print SCENE as a TOML file, which gives bitwise the same result")
+    which = listed.add_mutually_exclusive_group()
+    which.add_argument("scene", metavar="SCENE", nargs="?", help="the same as --show SCENE")
+    which.add_argument("--show", metavar="SCENE", help="print SCENE as a TOML file, which gives bitwise the same result")
 
 
 def _scenes(options: argparse.Namespace) -> int:
-    if options.show in SAMPLES:
-        print(f"# {SAMPLES[options.show]}: copy its folder to change it\n{toml_text(SAMPLES[options.show])}", end="")
+    name = options.scene if options.show is None else options.show
+    if name in SAMPLES:
+        print(f"# {SAMPLES[name]}: copy its folder to change it\n{toml_text(SAMPLES[name])}", end="")
         return SUCCESS
-    if options.show is not None:
-        print(scene_text(find_scene(options.show)), end="")
+    if name is not None:
+        print(scene_text(find_scene(name)), end="")
         return SUCCESS
     every = {name: partial(scene, name) for name in scene_names()} | {name: partial(find_scene, name) for name in SAMPLES}
     wide = max(map(len, every))

@@ -11,20 +11,11 @@ MORE_CELLS = "near a critical point take more cells, or a cell edge at the crest
 
 
 def march(model: Model, q: np.ndarray, b: np.ndarray, first: int, last: int, centers: np.ndarray) -> None:
-    """Turn ``q`` into a discrete steady flow, in place, outwards from the cells ``first`` to ``last``, which stay.
+    """Turn the exact flow ``q`` into a discrete steady flow, in place, outwards from the cells ``first`` to ``last``, which
+    stay.
 
-    Parameters
-    ----------
-    model : a model with one momentum per mass.
-    q : (num_eqn, n) the exact flow, momenta uniform: where the search starts.
-    b : (n,) averages of the bottom, m.
-    first, last : cells.
-    centers : (n,) for messages, m.
-
-    Raises
-    ------
-    ValueError
-        Where the jump does not vanish.
+    The model has one momentum per mass, and the momenta are uniform. ``b`` (n,) are averages of the bottom, m, and ``centers``,
+    m, are for messages: a ValueError where the jump does not vanish.
     """
     for step, cells in ((1, range(last + 1, q.shape[1])), (-1, range(first - 1, -1, -1))):
         for i in cells:

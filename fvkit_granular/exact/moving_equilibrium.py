@@ -43,6 +43,17 @@ class MovingEquilibrium:
     ms, mf : discharges hs vs, hf vf, m^2/s, the same everywhere.
     crest : highest point of a transcritical flow, m; None for a flow that stays on its branch.
     kind : ``"exact"``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fvkit_granular as gr
+    >>> inflow = {"h": 1.0, "phi": 0.6, "vs": 0.8, "vf": -0.2}
+    >>> flow = gr.steady(lambda x: 0.2 * np.exp(-(x - 5.0) ** 2), inflow, interval=(0.0, 10.0), at=0.0)
+    >>> round(flow.ms, 3), round(flow.mf, 3), flow.kind
+    (0.48, -0.08, 'exact')
+    >>> flow.at(np.array([5.0]))["h"].round(3)
+    array([0.8])
     """
 
     kind: ClassVar[str] = "exact"

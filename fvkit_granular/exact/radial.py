@@ -18,12 +18,7 @@ from fvkit_granular.models.wet_dry import velocity
 
 @attrs.frozen
 class Spreading(Source):
-    """Radial flow of one phase along a line: circles that grow, q_t = -v q/r; exact for constant v.
-
-    Parameters
-    ----------
-    r : distance from the middle, m, positive.
-    """
+    """Radial flow of one phase along a line of distances r, m: circles that grow, q_t = -v q/r; exact for constant v."""
 
     r: float = number(above=0.0)
 

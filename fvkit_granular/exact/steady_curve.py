@@ -126,20 +126,10 @@ class Piece:
 
 
 def follow(flow: Discharges, start: tuple[float, float, float], heading: float, to: float, scale: float) -> Piece:
-    """Follow the steady curve from ``start`` until b is ``to`` or a wave is standing.
+    """Follow the steady curve from ``start``, hs, hf, b, m, until b is ``to``, m, or a wave is standing.
 
-    Parameters
-    ----------
-    flow : the discharges and their model.
-    start : hs, hf, b, m.
-    heading : 1 or -1, the direction of s.
-    to : height at which to stop, m; b must change towards it.
-    scale : height of the bottom, m, for how far to look.
-
-    Raises
-    ------
-    Lost
-        If the curve reaches neither, or passes states where characteristic speeds are complex.
+    ``heading``, 1 or -1, is the direction of s, in which b must change towards ``to``; ``scale``, the height of the bottom, m,
+    says how far to look. `Lost` if the curve reaches neither, or passes states where characteristic speeds are complex.
     """
     def arrived(s: float, y: FloatArray) -> float:
         return y[2] - to

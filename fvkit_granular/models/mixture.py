@@ -11,7 +11,17 @@ from fvkit_granular.models.wet_dry import TINY, bed_step, upper
 
 @attrs.frozen
 class Mixture(TwoMasses, ABC):
-    """Abstract model of a layer in which solid and fluid are mixed, with the flux and the pressure of (3.5)."""
+    """Abstract model of a layer in which solid and fluid are mixed, with the flux and the pressure of (3.5).
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> from fvkit_granular.models.mixture import Mixture
+    >>> [issubclass(model, Mixture) for model in (gr.TwoPhase, gr.PitmanLe, gr.TwoLayer)]
+    [True, True, False]
+    >>> [float(value) for value in gr.TwoPhase(g=10.0, gamma=0.5).flux((1.0, 0.0, 1.0, 0.0))]
+    [0.0, 7.5, 0.0, 5.0]
+    """
 
     def flux(self, q):
         hs, vs, hf, vf = self.layers(q)
@@ -19,14 +29,10 @@ class Mixture(TwoMasses, ABC):
         return (hs * vs, hs * vs * vs + half * hs * (hs + (1.0 - self.gamma) * hf), hf * vf, hf * vf * vf + half * hf * hf)
 
     def push(self, left, right, bl, br):
-        """Return the pressure, nonconservative and bottom terms of both momenta over a face, on the segment of the depths, (3.5).
+        """Return the pressure, nonconservative and bottom terms of both momenta over a face, sides (hs, vs, hf, vf), (3.5).
 
-        The form g hs^ d(h + b) + g (1-gamma)/2 (hf^ dhs - hs^ dhf), g hf^ d(h + b) vanishes to rounding at rest.
-
-        Parameters
-        ----------
-        left, right : hs, vs, hf, vf of the sides, m and m/s.
-        bl, br : bottom, m.
+        On the segment of the depths g hs^ d(h + b) + g (1-gamma)/2 (hf^ dhs - hs^ dhf), g hf^ d(h + b) vanish to rounding at
+        rest.
         """
         (hsl, _, hfl, _), (hsr, _, hfr, _) = left, right
         hs, hf, dhs, dhf = 0.5 * (hsl + hsr), 0.5 * (hfl + hfr), hsr - hsl, hfr - hfl

@@ -51,18 +51,9 @@ QUESTIONS: tuple[Question, ...] = (
 
 
 def broadcast(h: Any, phi: Any, vs: Any, vf: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return h, phi, vs, vf as arrays of one shape; velocities of an absent phase are set to 0.
+    """Return h, phi, vs, vf as arrays of one shape; velocities of an absent phase, which may have any value, are set to 0.
 
-    Parameters
-    ----------
-    h : depth, m, >= 0.
-    phi : solid volume fraction in [0, 1].
-    vs, vf : velocities of solid and fluid, m/s; any value where the phase is absent.
-
-    Raises
-    ------
-    ValueError
-        If a depth is negative, phi is outside [0, 1], or a value is not finite (except velocities of an absent phase).
+    A ValueError for a depth that is negative, phi outside [0, 1], or a value that is not finite.
     """
     depth, fraction, solid, fluid = np.broadcast_arrays(
         *(validation.floats(value, name) for name, value in (("h", h), ("phi", phi), ("vs", vs), ("vf", vf))))
@@ -104,19 +95,10 @@ def whole_flow(given: Any, axes: int = 1, name: str = "initial(x)", what: str = 
 
 def over_ground(given: Any, places: Sequence[np.ndarray], ground: Callable[..., Any] | None,
                 depth: Callable[[np.ndarray], np.ndarray]) -> Any:
-    """Return primitive variables with ``surface`` replaced by the depth h = depth(surface - bottom); unchanged without it.
+    """Return primitive variables with ``surface`` replaced by h = depth(surface - bottom); unchanged without it.
 
-    Parameters
-    ----------
-    given : {surface, phi, vs, vf}; an h given beside ``surface`` must agree with it.
-    places : points, m: x, or x and y, of one shape.
-    ground : places -> bottom, m; None if the bottom is unknown.
-    depth : level minus bottom, of that shape -> h.
-
-    Raises
-    ------
-    ValueError
-        If h and ``surface`` contradict each other, or the bottom is unknown and h is missing.
+    ``ground`` is the function of the ``places`` x, or x and y, m, to the bottom, m, None where it is unknown. A ValueError where
+    h and ``surface`` contradict each other, or the bottom is unknown and h is missing.
     """
     if not isinstance(given, Mapping) or "surface" not in given:
         return given

@@ -42,13 +42,8 @@ class Relaxation(RiemannSolver):
 
 
 def sound_speeds(hl, hr, step, g):
-    """Return the relaxation sound speeds sqrt(g (h + u)) of both sides, u = |e| h_up/(hl + hr) the load of an emerged step.
-
-    Parameters
-    ----------
-    hl, hr : total depths, m, >= 0.
-    step : see `fvkit_granular.models.wet_dry.BottomStep`.
-    g : gravity, m/s^2.
+    """Return the relaxation sound speeds sqrt(g (h + u)) of both sides with the total depths hl and hr, m, u = |e| h_up/(hl +
+    hr) the load of an emerged `fvkit_granular.models.wet_dry.BottomStep`.
     """
     pushed = np.abs(step.excess) * where(step.db > 0.0, hr, hl) / (hl + hr + TINY)
     return np.sqrt(g * (hl + pushed)), np.sqrt(g * (hr + pushed))

@@ -24,6 +24,19 @@ class PressureCoupled(TwoMasses, ABC):
     ``flux``, ``push``, ``couplings`` and ``balanced_difference`` define the model; ``push`` is consistent with A^, the
     matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition and eigenvalues
     follow from these.
+
+    Examples
+    --------
+    At a face the waves of Roe's solver add up to the jump:
+
+    >>> import numpy as np
+    >>> import fvkit_granular as gr
+    >>> model = gr.TwoPhase()
+    >>> left, right = (1.2, 0.1, 0.8, 0.3), (0.9, 0.0, 0.7, 0.1)
+    >>> jump = model.jump(left, right, (0.0,), (0.0,))
+    >>> waves, speeds = model.decompose(left, right, (0.0,), (0.0,), jump)
+    >>> np.allclose(np.sum(waves, axis=0), jump)
+    True
     """
 
     def decompose(self, ql, qr, auxl, auxr, jump):

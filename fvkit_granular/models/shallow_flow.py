@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from fvkit import Model, RiemannSolver, validation
-from fvkit.problem.fields import seen_as
+from fvkit.pointwise.part import seen_as
 from fvkit_granular.models.quantities import QUANTITIES, QUESTIONS
 from fvkit_granular.models.relaxation import Relaxation
 from fvkit_granular.models.slope import steep_equations, warn_of_steep_ground
@@ -62,7 +62,7 @@ class ShallowFlow(Model, ABC):
 
     def on_slope(self, steepness: Any) -> Self:
         given: Any = self
-        return seen_as(self, type(self), {"g": given.g / steepness})
+        return seen_as(self, {"g": given.g / steepness})
 
     def on_bed(self, root: Any, turning: tuple[Any, ...] = ()) -> Any:
         return OnBed(self, 1.0 / root, turning)

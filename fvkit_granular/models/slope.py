@@ -32,17 +32,26 @@ INSTANTS = 17
 
 
 class SteepSlopeWarning(UserWarning):
-    """Warning: the ground is steeper than the range of the mild-slope equations, 15 degrees."""
+    """Warning: the ground is steeper than the range of the mild-slope equations, 15 degrees.
+
+    Examples
+    --------
+    Stop a script where it would go on with a warning:
+
+    >>> import warnings
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> grid, wet = fv.Grid(0.0, 100.0, 50), lambda x: [0.6 + 0.0 * x, 0.0 * x, 0.4 + 0.0 * x, 0.0 * x]
+    >>> warnings.simplefilter("error", gr.SteepSlopeWarning)
+    >>> fv.Problem(gr.TwoPhase(), grid, wet, 1.0, {"b": lambda x: -0.5 * x})
+    Traceback (most recent call last):
+    fvkit_granular.models.slope.SteepSlopeWarning: steepest slope 26.6 degrees: ...
+    """
 
 
 def steepest(b: Any, dx: Any, wet: Any) -> float:
     """Return the largest slope |grad b| of the bottom over two wet cells, three faces; a cliff, even inside a cell, is none.
 
-    Parameters
-    ----------
-    b : (n,) or (ny, nx) cell averages of the bottom, m.
-    dx : length of a cell, m; with two axes that along x and along y.
-    wet : which cells count, of the shape of ``b``.
+    ``b`` are averages, m, and ``wet`` of its shape; ``dx`` is the length of a cell, m, with two axes that along x and along y.
     """
     heights, counting = np.asarray(b, dtype=float), np.asarray(wet)
     along = [np.moveaxis(_along_lines(np.moveaxis(heights, k, -1), np.moveaxis(counting, k, -1)), -1, k) / width
@@ -68,12 +77,9 @@ def deep(h: np.ndarray) -> np.ndarray:
 
 def within_reach(problem: Problem, g: float) -> float:
     """Return the steepest slope that a flow may reach: on ground below its highest total head h + b + v^2/(2g) at the start, that
-    of flow which comes in at an end, or the highest ground on which a source brings mass; 0 without a bottom or a depth.
+    of flow which comes in at an end, or b + v^2/(2g) where a source brings mass to dry ground; 0 without a bottom or a depth.
 
-    Parameters
-    ----------
-    problem : the problem; conditions and sources that change in time are evaluated at `INSTANTS` times and at their breaks.
-    g : gravity, m/s^2.
+    Conditions and sources that change in time are evaluated at `INSTANTS` times and at their breaks.
     """
     aux, grid = problem.aux_averages, problem.grid
     seen = observables(problem.model, grid, problem.q0, aux)
@@ -83,14 +89,19 @@ def within_reach(problem: Problem, g: float) -> float:
     times = {problem.t_start, *np.linspace(problem.t_start, problem.t_end, INSTANTS if changing else 1), *problem.breaks}
     levels = [_head(seen, aux["b"], g)]
     for t in times:
-        levels += [*_entering(problem, t, g), _fed(problem, t)]
+        levels += [*_entering(problem, t, g), _fed(problem, t, g)]
     return steepest(aux["b"], [axis.dx for axis in grid.axes], aux["b"] <= np.fmax.reduce(levels))
 
 
 def _head(seen: Mapping[str, np.ndarray], b: np.ndarray, g: float) -> float:
     """The highest total head of a flow, m, from its observables and its bottom, with the speed of the faster phase."""
+    return float((seen["h"] + b + _speed_head(seen, g))[deep(seen["h"])].max(initial=-np.inf))
+
+
+def _speed_head(seen: Mapping[str, np.ndarray], g: float) -> np.ndarray:
+    """The speed head v^2/(2g) of the faster phase, m, from observables."""
     speed = np.max(np.abs([seen[name] for name in SPEEDS if name in seen]), axis=0, initial=0.0)
-    return float((seen["h"] + b + speed * speed / (2.0 * g))[deep(seen["h"])].max(initial=-np.inf))
+    return np.asarray(speed * speed / (2.0 * g))
 
 
 def _entering(problem: Problem, t: float, g: float) -> list[float]:
@@ -117,18 +128,20 @@ def _entering(problem: Problem, t: float, g: float) -> list[float]:
     return result
 
 
-def _fed(problem: Problem, t: float) -> float:
-    """The highest dry ground on which a source brings mass at time t, m."""
+def _fed(problem: Problem, t: float, g: float) -> float:
+    """The highest total head at which a source brings mass to dry ground at time t, m: without the depth, which it spreads."""
     model, aux = problem.model, problem.aux_averages
     given = (*aux_rows(model, aux), *(row for field in problem.fields for row in field.at(t)))
-    wet = []
+    heads = [-np.inf]
     for source in on_grid(problem.sources, problem.fields, len(model.aux)):
         rows, masses = (len(model.conserved), model.mass_rows()) if source.turns else (len(problem.q0), problem.mass_rows)
         dry = tuple(np.zeros((rows, *problem.grid.shape)))
         with np.errstate(all="ignore"):
-            made = source.step(model, dry, given, problem.t_end - problem.t_start)
-        wet += [np.broadcast_to(made[row] > 0.0, aux["b"].shape) for row in masses]
-    return float(aux["b"][np.any(wet, axis=0)].max(initial=-np.inf)) if wet else -np.inf
+            made = np.array([np.broadcast_to(row, aux["b"].shape)
+                             for row in source.step(model, dry, given, problem.t_end - problem.t_start)])
+            moving = 0.0 if source.turns else _speed_head(observables(model, problem.grid, made, aux), g)
+        heads.append((aux["b"] + moving)[(made[list(masses)] > 0.0).any(axis=0)].max(initial=-np.inf))
+    return float(max(heads))
 
 
 def sentence(slope: float) -> str:

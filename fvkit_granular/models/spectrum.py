@@ -66,15 +66,9 @@ def discriminant(p2, q1, r, a2):
 
 
 def quartic_discriminant(coupled, vs, vf, a2):
-    """Return the discriminant of (4.1) over (g h)^6: negative if and only if the inner pair is complex.
+    """Return the discriminant of (4.1) over (g h)^6, with ``a2`` = g h: negative if and only if the inner pair is complex.
 
-    The outer roots are always real and distinct.
-
-    Parameters
-    ----------
-    coupled : `couplings` or `layer_couplings`.
-    vs, vf : velocities, m/s.
-    a2 : g h, m^2/s^2, the scale.
+    The outer roots are always real and distinct. ``coupled`` are `couplings` or `layer_couplings`.
     """
     css, cff, _, remainder = coupled
     p2, q1, r = _depressed(css, cff, remainder, 0.5 * (vs - vf))
@@ -92,12 +86,8 @@ def shifted_roots(coupled, vs, vf, a2, polish=8):
     phase and 2 a beta < |vs - vf| < 2 a an outer root nearly meets the inner pair; there one leaves up to
     3e-3 a, eight reach 1e-9 a. Two layers: 3e-7 a within the safe range of slip, eight 5e-10 a.
 
-    Parameters
-    ----------
-    coupled : `couplings` or `layer_couplings` of the depths, both positive.
-    vs, vf : velocities, m/s.
-    a2 : g h, m^2/s^2, not below the square of an outer root at equal velocities.
-    polish : number of Newton steps on the quartic itself.
+    ``coupled`` are `couplings` or `layer_couplings` of the depths, both positive; ``a2`` is g h, m^2/s^2, not below the square
+    of an outer root at equal velocities.
     """
     css, cff, csf, remainder = coupled
     d = 0.5 * (vs - vf)

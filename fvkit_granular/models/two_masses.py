@@ -42,12 +42,19 @@ class TwoMasses(ShallowFlow, ABC):
     4. ``at_state(state, v)`` and ``cross`` are those of masses coupled by pressure alone; a subclass adds further terms.
     5. ``flux``, ``balanced_difference`` and ``eigenvalues`` are defined by the subclass.
 
-    Parameters
-    ----------
-    g : gravity, m/s^2, positive.
-    gamma : density ratio of the second mass to the first, in (0, 1).
-    dry : depth of a mass, m, below which its velocity is damped: thinner films do not move. None: 1e-8 of the largest
-        initial depth, at least 1e-30 m, and 1e-9 m where all is dry; with smaller values ever thinner films limit the time step.
+    Examples
+    --------
+    Every model of two masses has its initial state, speeds and distance from complex speeds (`margin`) from here:
+
+    >>> import fvkit_granular as gr
+    >>> model = gr.TwoPhase()
+    >>> q = model.conserved_from(h=[2.0], phi=[0.6], vs=[1.0], vf=[1.0])
+    >>> q[:, 0]  # hs, hs vs, hf, hf vf
+    array([1.2, 1.2, 0.8, 0.8])
+    >>> model.eigenvalues(q)[:, 0].real.round(3)
+    array([-3.429, -0.401,  2.401,  5.429])
+    >>> model.margin(q)
+    array([0.1])
     """
 
     conserved: ClassVar[tuple[str, ...]] = ("hs", "hs vs", "hf", "hf vf")
@@ -251,13 +258,7 @@ def advected(ql, qr):
 
 
 def primitive(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the primitive variables hs, vs, hf, vf of q (4, n), each (n,).
-
-    Raises
-    ------
-    ValueError
-        If a mass is absent anywhere, since eigenvectors do not exist there.
-    """
+    """Return hs, vs, hf, vf of q (4, n); a ValueError if a mass is absent anywhere, since no eigenvectors exist there."""
     hs, ms, hf, mf = np.asarray(q, dtype=float)
     if not ((hs > 0.0).all() and (hf > 0.0).all()):
         raise ValueError("`q` must have both phases present (hs > 0 and hf > 0): the eigenvectors do not exist else")

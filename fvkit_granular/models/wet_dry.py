@@ -213,12 +213,7 @@ def resolved(model: Any, q0: np.ndarray) -> Any:
 
 
 def share(part, whole):
-    """Return the ratio part/whole, and part where the whole is 0.
-
-    Parameters
-    ----------
-    part, whole : quantities of the same unit, whole >= 0.
-    """
+    """Return the ratio part/whole of quantities of the same unit, whole >= 0, and part where the whole is 0."""
     return part / where(whole > 0.0, whole, 1.0)
 
 

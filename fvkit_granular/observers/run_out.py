@@ -53,7 +53,7 @@ class RunOut(SeriesObserver):
 
     path: np.ndarray = attrs.field(converter=lambda value: polyline(value, "path"))
     threshold: float = number(0.1, above=0.0)
-    _places: tuple[np.ndarray, np.ndarray] | None = attrs.field(default=None, init=False, repr=False)
+    _places: Any = attrs.field(default=None, init=False, repr=False)
 
     def begin(self, problem: Problem) -> None:
         super().begin(problem)
@@ -66,8 +66,6 @@ class RunOut(SeriesObserver):
         self._places = cells, np.cumsum(lengths) - 0.5 * lengths
 
     def see(self, problem: Problem, t: float, q: np.ndarray) -> None:
-        if self._places is None:
-            raise RuntimeError("`begin` must be called first")
         cells, places = self._places
         model: Any = problem.model
         here = q.reshape(len(q), -1)[:, cells]

@@ -81,13 +81,7 @@ def no_flow(x: np.ndarray, y: np.ndarray) -> dict[str, Any]:
 
 @attrs.frozen(eq=False)
 class ReleasedFlow:
-    """The flow of a `Release` at rest: its thickness, and its solid fraction or ``phi``, at any place of its terrain.
-
-    Parameters
-    ----------
-    release : the released mass.
-    phi : solid fraction where the release gives none.
-    """
+    """The flow of a `Release` at rest: its thickness, and its solid fraction or else ``phi``, anywhere on its terrain."""
 
     release: Release
     phi: float | None

@@ -26,6 +26,13 @@ class Profile(Shape):
     interpolation : ``"linear"``: straight lines between rows; ``"constant"``: the value of a row holds up to the next one.
     x : (rows,) ascending, m.
     values : (rows,) in SI units.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> valley = gr.Profile("valley.csv", "elevation", "distance", "linear", x=[0.0, 100.0], values=[50.0, 20.0])
+    >>> valley([0.0, 50.0, 75.0])
+    array([50. , 35. , 27.5])
     """
 
     path: Path

@@ -114,6 +114,14 @@ class SelfConverged(Reference):
     kind : ``"self-converged"``.
     detail : one sentence: which scheme, how many cells.
     solution : a solution whose observables include h, phi, vs, vf.
+
+    Examples
+    --------
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> fine = fv.solve(gr.scene("dam-break").problem(gr.TwoPhase, 400), backend="numpy")
+    >>> reference = gr.SelfConverged("self-converged", "Relaxation, MC, 400 cells", solution=fine)
+    >>> reference.averages(gr.TwoPhase(), fv.Grid(-5.0, 5.0, 100), 0.5).shape
+    (4, 100)
     """
 
     solution: Solution = validation.field(
@@ -126,7 +134,7 @@ class SelfConverged(Reference):
 
 def still(flow: Flow, bottom: Callable[..., Any] | None = None) -> FunctionReference:
     """Return the reference of a flow at rest, a function of x, or of x and y, over ``bottom`` if it gives ``surface`` for h."""
-    return FunctionReference("exact", "the initial state for ever", at=lambda *places: flow(*places[:-1]), bottom=bottom)
+    return FunctionReference("exact", "the initial state at all times", at=lambda *places: flow(*places[:-1]), bottom=bottom)
 
 
 def one_velocity(seen: Mapping[str, Any], phi: Any) -> dict[str, Any]:

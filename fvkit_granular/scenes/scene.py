@@ -25,7 +25,6 @@ from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.shapes import Step
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.plausible import caution
-from fvkit_granular.terrain.outline import compare_outline
 from fvkit_granular.terrain.terrain import Terrain
 
 
@@ -184,17 +183,12 @@ class Scene:
             object.__setattr__(self, "initial", no_flow if self.release is None else ReleasedFlow(self.release, self.phi))
 
     def _check_watch(self) -> None:
-        """Refuse gauges and lines outside of the scene, and gauges where its terrain has no data."""
+        """Refuse what lies outside of the scene, or does not fit its terrain."""
         self.watch.check(self.ends)
-        if self.watch.observed is not None:
-            if self.terrain is None:
-                raise ValueError("`observed` is the outline of a flow on a terrain, and this scene has none: leave it out")
-            compare_outline(np.zeros(self.terrain.grid.shape), self.watch.observed, self.terrain)  # refused here, not after a run
-        if self.terrain is not None and self.watch.gauges:
-            lost = self.terrain.missing.flat[self.grid().cells_at(self.watch.gauges, "`gauges`")]
-            if lost.any():
-                place = self.watch.gauges[int(lost.argmax())]
-                raise ValueError(f"`gauges` must lie where the terrain has data, got {place}: move it, or fill the gap")
+        if self.terrain is not None:
+            self.watch.check_on(self.terrain)
+        elif self.watch.observed is not None:
+            raise ValueError("`observed` is the outline of a flow on a terrain, and this scene has none: leave it out")
 
     @property
     def axes(self) -> tuple[str, ...]:

@@ -5,6 +5,16 @@ another process and written to a scene file, which a function cannot. A sum of s
 
 With two axes a shape is called with x and y, and varies over x alone, over y alone (``over="y"``), or over the distance from a
 point (``over=(x, y)``): a `Block` over a point is a disc, a `Gaussian` a bell.
+
+Examples
+--------
+>>> import numpy as np
+>>> from fvkit_granular import shapes
+>>> release = shapes.Hump(centre=10.0, half_width=4.0, height=2.0) + shapes.Step(at=20.0, left=0.0, right=0.5)
+>>> release(np.array([10.0, 12.0, 16.0, 30.0]))
+array([2. , 1. , 0. , 0.5])
+>>> shapes.Block(centre=0.0, half_width=5.0, height=1.0, over=(30.0, 40.0))(33.0, 43.0)
+array(1.)
 """
 
 from abc import ABC, abstractmethod
@@ -30,9 +40,7 @@ def _over(value: Any) -> Any:
 class Shape(ABC):
     """Abstract function of x, or of x and y, m, made of numbers.
 
-    Parameters
-    ----------
-    over : with two axes the coordinate that it varies over: "x" (None), "y", or a point (x, y) for the distance from it, m.
+    With two axes it varies ``over`` the coordinate "x" (None), "y", or the distance from a point (x, y), m.
     """
 
     over: Any = attrs.field(default=None, kw_only=True, converter=_over)

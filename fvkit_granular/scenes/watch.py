@@ -5,12 +5,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
+import numpy as np
 
 from fvkit import CrossSection, Gauge, Observer, validation
 from fvkit.problem.grid import NAMES
+from fvkit.run.cross_section import cells_along
 from fvkit_granular.observers.front import Front
 from fvkit_granular.observers.hazard import HazardMaps
 from fvkit_granular.observers.run_out import RunOut
+from fvkit_granular.terrain.outline import compare_outline
+from fvkit_granular.terrain.terrain import Terrain
 
 #: Default depth, m, from which on hazard maps with two axes count a flow as arrived.
 THRESHOLD = 0.1
@@ -109,6 +113,20 @@ class Watch:
                     hint = ": with x and y exchanged it would" if fits else ""
                     raise ValueError(f"`{key}`{which} must lie within the scene, {letter} from {lower:.10g} to {upper:.10g} m, "
                                      f"got {letter} = {value:.10g}{hint}")
+
+    def check_on(self, terrain: Terrain) -> None:
+        """Raise ValueError for gauges and lines where a terrain has no data, and for an observed outline that does not fit it."""
+        if self.observed is not None:  # refused here, not after a run
+            score = compare_outline(np.zeros(terrain.grid.shape), self.observed, terrain)
+            if score.misses == 0.0:
+                raise ValueError("`observed` must hold cells > 0, or polygons, where the terrain has data, got none")
+        for place in self.gauges:
+            if terrain.missing.flat[terrain.grid.cells_at([place], "`gauges`")].any():
+                raise ValueError(f"`gauges` must lie where the terrain has data, got {place}: move it, or fill the gap")
+        for name, line in self.lines.items():
+            if terrain.missing.flat[cells_along(np.array(line), terrain.grid, "`lines`")[0]].all():
+                raise ValueError(f"`lines`, {name} must cross cells where the terrain has data, got none such: move it, or fill "
+                                 "the gap")
 
     def observers(self, axes: int) -> dict[str, Observer]:
         """Return new observers, {name: observer}: "gauges", "hazard", "front", "run-out", and each line by its name."""

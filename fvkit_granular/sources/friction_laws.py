@@ -164,12 +164,7 @@ def against_quadratic(v, change, static, a, dt):
     second order, exact for a = 0, for D = 0, where D = a dt u^2, and for dt -> infinity. Where u + D < 0 the motion stops, and
     the rest of the step may push it back, by B: u' = -B/sqrt(1 + a dt B). Derived here.
 
-    Parameters
-    ----------
-    v, change : m/s, of any sign.
-    static : deceleration at rest, m/s^2; None where there is none.
-    a : 1/m, >= 0; None where there is none.
-    dt : time >= 0, s.
+    v and ``change`` in m/s; the deceleration at rest ``static``, m/s^2, and a >= 0, 1/m, are None where there is none.
     """
     u, side = np.abs(v), where(v == 0.0, np.sign(change), np.sign(v))
     held = 0.0 if static is None else minimum(maximum(static, 0.0), STRONGEST) * dt

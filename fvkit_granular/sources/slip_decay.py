@@ -17,13 +17,7 @@ from fvkit_granular.models.wet_dry import reciprocal
 
 
 def exchange(hs, hf, gamma):
-    """Return K of `drag_rate`, and hs and hf over hs + gamma hf, with two divisions; 0 where both are absent.
-
-    Parameters
-    ----------
-    hs, hf : depths of solid and fluid, m, >= 0.
-    gamma : density ratio in (0, 1).
-    """
+    """Return K of `drag_rate`, and the depths hs and hf over hs + gamma hf, with two divisions; 0 where both are absent."""
     whole = reciprocal(hs + hf)
     solid, fluid = hs * whole, hf * whole
     rho, product = maximum(solid + gamma * fluid, FLOOR), maximum(solid * fluid, FLOOR)
@@ -34,37 +28,23 @@ def exchange(hs, hf, gamma):
 def drag_rate(hs, hf, gamma):
     """Return K = rho/(phi (1 - phi)), dimensionless: the slip decays at the rate D K, 1/s, for D in 1/s.
 
-    Parameters
-    ----------
-    hs, hf : depths of solid and fluid, m, >= 0. K stays below 1e150: where a phase is absent no slip is left to decay.
-    gamma : density ratio in (0, 1).
+    K stays below 1e150: where a phase is absent no slip is left to decay.
     """
     return exchange(hs, hf, gamma)[0]
 
 
 def decayed_slip(w, t, k0, k1, m):
-    """Return the slip at time t that started as w and obeys dw/dt = -(k0 + k1 |w|^m) w.
+    """Return the slip vf - vs, m/s, at time t >= 0 that started as w and obeys dw/dt = -(k0 + k1 |w|^m) w, m > 0.
 
-    Parameters
-    ----------
-    w : slip vf - vs at time 0, m/s.
-    t : time >= 0, s.
-    k0, k1 : rates >= 0, 1/s and (m/s)^-m/s: drag coefficients times `drag_rate`.
-    m : exponent > 0.
+    The rates k0 and k1 >= 0, 1/s and (m/s)^-m/s, are drag coefficients times `drag_rate`.
     """
     return w * decay(t, k0, k1 * np.abs(w) ** m, m)
 
 
 def decay(t, k0, k1, m):
-    """Return the share of the slip left at time t, r(0) = 1, dr/dt = -(k0 + k1 r^m) r.
+    """Return the share of the slip left at time t >= 0, r(0) = 1, dr/dt = -(k0 + k1 r^m) r, with rates >= 0, 1/s, and m > 0.
 
     exp(-k0 t) (1 + k1 (1 - exp(-m k0 t))/k0)^(-1/m); k0 = 0 and k1 = 0 are its limits.
-
-    Parameters
-    ----------
-    t : time >= 0, s.
-    k0, k1 : rates >= 0 at the start, 1/s.
-    m : exponent > 0.
     """
     k0 = k0 + FLOOR
     spent = -np.expm1(-m * k0 * t) / k0
@@ -72,27 +52,13 @@ def decay(t, k0, k1, m):
 
 
 def slip_momentum(hs, ms, hf, mf, gamma):
-    """Return hs hf/(hs + gamma hf) (vf - vs): the momentum that the fluid loses, the solid gains gamma times, as slip vanishes.
-
-    Parameters
-    ----------
-    hs, ms, hf, mf : depth, m, >= 0, and momentum h v, m^2/s, of solid and fluid.
-    gamma : density ratio in (0, 1).
-    """
+    """Return hs hf/(hs + gamma hf) (vf - vs): the momentum that the fluid loses, the solid gains gamma times, as it vanishes."""
     _, solid, fluid = exchange(hs, hf, gamma)
     return mf * solid - ms * fluid
 
 
 def velocities_from_slip(hs, hf, vs, vf, w, gamma):
-    """Return vs, vf with the slip w = vf - vs and the mixture momentum of the velocities given.
-
-    Parameters
-    ----------
-    hs, hf : depths of solid and fluid, m, not both zero.
-    vs, vf : velocities that carry the momentum hs vs + gamma hf vf, m/s.
-    w : the slip wanted, m/s.
-    gamma : density ratio in (0, 1).
-    """
+    """Return vs, vf with the slip w = vf - vs and the mixture momentum hs vs + gamma hf vf of the velocities given."""
     mass = hs + gamma * hf
     mean = (hs * vs + gamma * hf * vf) / mass
     return mean - gamma * hf / mass * w, mean + hs / mass * w

@@ -81,13 +81,7 @@ CASES: dict[str, Case] = {
 
 
 def case_of(scene: str) -> Case:
-    """Return the hard scene of that name; of a scene file only the general checks are made.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name, with the nearest match.
-    """
+    """Return the hard scene of that name, or refuse with the nearest match; of a scene file only general checks are made."""
     if scene in PLANE_SCENES or (scene.endswith(SUFFIX) and len(find_scene(scene).axes) > 1):
         raise ValueError(f"`scene` must have one axis for stress, got {scene}, which has two and nothing that judges its runs: "
                          "take `fvkit compare`")

@@ -11,13 +11,7 @@ from fvkit_granular.scenes.scene import Scene
 
 
 class JudgedRun(NamedTuple):
-    """A finished or failed run.
-
-    Parameters
-    ----------
-    scene, problem, order, solution : what ran, and the order of the scheme.
-    nominal : steps that the run would have taken with the length of its first one.
-    """
+    """A finished or failed run; ``nominal`` are the steps that it would have taken with the length of its first one."""
 
     scene: Scene
     problem: Problem

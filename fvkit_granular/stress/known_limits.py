@@ -7,14 +7,9 @@ import attrs
 
 @attrs.frozen
 class Limit:
-    """A check that is known to fail on some runs.
+    """A check, by the beginning of its name, that is known to fail on some runs, why, and by how much.
 
-    Parameters
-    ----------
-    where : {field of a run: value or tuple of values}; every run that matches must fail the check.
-    check : beginning of the name of the check.
-    cause : why.
-    size : by how much.
+    Every run that matches ``where``, {field of a run: value or tuple of values}, must fail the check.
     """
 
     where: dict[str, Any]

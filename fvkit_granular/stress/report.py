@@ -72,7 +72,7 @@ class StressReport:
                 found = [row for row in self.rows if row["scene"] == name and (row["model"], row["riemann"]) == column]
                 if found:
                     worst = max((row["verdict"] for row in found), key=order.index)
-                    ax.add_patch(_box(x, y, VERDICTS[worst]))
+                    ax.add_patch(Rectangle((x - 0.46, y - 0.46), 0.92, 0.92, color=VERDICTS[worst]))
                     ax.text(x, y, str(len(found)), ha="center", va="center", fontsize=7, color="white")
         ax.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(scenes) - 0.5, -0.5), title="Worst verdict; the number counts runs")
         ax.set_xticks(range(len(columns)), [f"{model} {solver}" for model, solver in columns], rotation=90, fontsize=8)
@@ -104,7 +104,3 @@ def _label(row: dict[str, Any]) -> str:
 def _failures(row: dict[str, Any]) -> str:
     bad = [f"{check['name']} {check['value']:.2e}, bound {check['bound']:.1e}" for check in row["checks"] if not check["passed"]]
     return "; ".join(bad) or "a known failure passes: remove it from the list"
-
-
-def _box(x: int, y: int, colour: str) -> Any:
-    return Rectangle((x - 0.46, y - 0.46), 0.92, 0.92, color=colour)

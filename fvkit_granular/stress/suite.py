@@ -49,7 +49,7 @@ def choices(full: bool, scenes: Sequence[str], backends: Sequence[str]) -> list[
 
 def stress(full: bool = False, scenes: Sequence[str] | None = None, *, backends: Sequence[str] | None = None,
            workers: int | None = None, progress: Tell | None = None) -> StressReport:
-    """JudgedRun the hard scenes with models, solvers, orders and backends, and judge each run.
+    """Run the hard scenes with models, solvers, orders and backends, and judge each run.
 
     Parameters
     ----------

@@ -48,6 +48,13 @@ class Advice:
     warnings : reasons why the advice may fail; empty within its validated range.
     valid : whether model errors are predicted: False outside the validated range; then the model is the full one, and
         ``numbers.reduced`` and ``numbers.shallow`` are meaningless.
+
+    Examples
+    --------
+    >>> import fvkit_granular as gr
+    >>> advice = gr.advise(gr.scene("dam-break"), tol=1e-2)
+    >>> advice.model, advice.cells, advice.jumps, advice.valid
+    ('shallow-water', 100, True, True)
     """
 
     scene: str

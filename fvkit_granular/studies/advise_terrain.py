@@ -32,14 +32,7 @@ COARSER = (1, 2, 4)
 
 @attrs.frozen
 class Effort:
-    """What a run on a terrain will take: an estimate from the relief below the release.
-
-    Parameters
-    ----------
-    steps : number of steps.
-    speed : speed behind it, m/s.
-    cells : number of cells.
-    """
+    """What a run on a terrain will take, by the relief below the release: steps, the speed behind them, m/s, and cells."""
 
     steps: float
     speed: float
@@ -85,6 +78,17 @@ class TerrainAdvice:
         square, m, expected time where the flow covers a tenth, s)}.
     thickness : largest depth at the start, m.
     effort : expected cost of a run.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> terrain = gr.Terrain(fv.Grid((0.0, 0.0), (100.0, 60.0), (20, 12)), np.tile(np.linspace(30.0, 0.0, 20), (12, 1)))
+    >>> square = {"type": "Polygon", "coordinates": [[[10, 20], [30, 20], [30, 40], [10, 40], [10, 20]]]}
+    >>> release = gr.read_release(square, terrain, thickness=2.0, solid_fraction=0.6)
+    >>> advice = gr.advise(gr.Scene(terrain=terrain, release=release, t_end=10.0, sources=gr.CoulombFriction(0.3)))
+    >>> advice.model, advice.same, advice.phi, advice.cell, advice.thickness
+    ('two-phase', False, (0.6, 0.6), 5.0, 2.0)
     """
 
     scene: str

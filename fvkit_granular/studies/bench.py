@@ -134,9 +134,10 @@ class Bench:
         for case, rows in self.series().items():
             ours = Case("shallow-water", "roe", case.order, "numba", case.axes)
             if case.backend == "pyclaw":
-                pyclaw.append(f"PyClaw's Fortran ({case.riemann}) takes x our compiled Roe: {self._over(rows, ours, 1)} cells")
+                pyclaw.append(f"PyClaw ({case.riemann}, order {case.order}) over our compiled Roe: "
+                              f"{self._over(rows, ours, 1)} cells")
             elif case.order == 5 and (found := self._over(rows, case._replace(riemann="roe", order=2), 2)):
-                stages.append(f"{case.label}: a stage takes x a second-order Roe step: {found} cells")
+                stages.append(f"{case.label}: a stage over a second-order Roe step: {found} cells")
         return pyclaw + stages
 
     def _over(self, rows: list[dict[str, Any]], other: Case, digits: int) -> str:

@@ -45,7 +45,7 @@ def compare(scene: Scene, models: Sequence[Any] | None = None, riemann: Sequence
     schemes : `fvkit.WavePropagation` and `fvkit.MethodOfLines` with all their settings, in place of ``riemann``,
         ``limiter``, ``order`` and ``cfl``; each is run with every model that it serves.
     cfl, backend : as for `fvkit.WavePropagation` and `fvkit.solve`.
-    seconds : wall time that one run may take. Runs expected to take longer, from coarser ones, are skipped,
+    seconds : time limit per run, s. Runs expected to take longer, from coarser ones, are skipped,
         others are stopped: rows with the status ``"over_budget"``. A self-converged reference may take 16 times that, with two
         axes 64 times.
     progress : function that receives a line of text before each run.
@@ -138,12 +138,8 @@ def _runs(scene: Scene, models: list[Model], riemann: Sequence[RiemannSolver] | 
 def deviations(solution: Solution, averages: np.ndarray) -> dict[str, np.ndarray]:
     """Return abs(computed - reference) of each observable at the end of a run, {name: array of cells}.
 
-    Where the reference or the run is almost dry only depths are compared; other differences are 0.
-
-    Parameters
-    ----------
-    solution : the run.
-    averages : cell averages of the reference, of the shape of a state, for the model of the run.
+    ``averages`` of the reference have the shape of a state of the run's model. Where the reference or the run is almost dry only
+    depths are compared; other differences are 0.
     """
     wanted, found = observables(solution.model, solution.grid, averages, solution.aux), solution.observables()
     deep = np.minimum(found["h"], wanted["h"]) > DEEP * wanted["h"].max()

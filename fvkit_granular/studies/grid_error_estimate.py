@@ -65,14 +65,8 @@ class Resolution:
 
 
 def resolution(scene: Scene, state: dict[str, np.ndarray], numbers: Indicators, two_phase: bool = True) -> Resolution:
-    """Return the quantities that determine the grid error of a scene.
-
-    Parameters
-    ----------
-    scene : the scene.
-    state : its samples, see `fvkit_granular.studies.model_error_indicators.sampled`.
-    numbers : its indicators.
-    two_phase : whether phi and the slip move depths; else they do not count.
+    """Return the quantities that determine the grid error of a scene, from its samples and indicators, see
+    `fvkit_granular.studies.model_error_indicators`. Unless ``two_phase`` phi and the slip do not count: they move no depths.
     """
     b = state["b"]
     dx = state["x"][1] - state["x"][0]

@@ -49,16 +49,10 @@ def is_record(name: str) -> bool:
 
 def write_hazard(folder: Path, scene: Scene, solution: Solution, watched: Mapping[str, Any], balance: MassBalance,
                  ending: str = ".asc", picture: str = "png") -> str:
-    """Write rasters, maps, series and the report of a run on a terrain into a folder, and return what is to be printed.
+    """Write rasters, maps, series and the report of a run on a terrain into an existing folder; return what is to be printed.
 
-    Parameters
-    ----------
-    folder : exists.
-    scene, solution : what was run, and its result.
-    watched : the observers of the run, see `fvkit_granular.scenes.watch.Watch.observers`.
-    balance : its mass balance.
-    ending : of rasters, ``.asc`` or ``.tif``.
-    picture : format of the maps; the report holds them as PNG.
+    The observers ``watched`` are those of `fvkit_granular.scenes.watch.Watch.observers`, the ``ending`` of rasters ``.asc`` or
+    ``.tif``; ``picture`` is the format of the maps, which the report holds as PNG.
     """
     from fvkit_granular.terrain.maps import draw_map
 

@@ -36,10 +36,7 @@ def _thresholds(value: Any) -> dict[str, tuple[float, ...]]:
 class HazardRun:
     """A function of parameters that runs a scene on a terrain and returns its hazard maps: what `fvkit.sweep` calls.
 
-    Parameters
-    ----------
-    run : the scene, its model and scheme.
-    thresholds : {map of `HazardMaps`: values}; these maps are kept.
+    Maps of `HazardMaps` that have ``thresholds``, {map: values}, are kept.
     """
 
     run: SceneRun

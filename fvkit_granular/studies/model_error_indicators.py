@@ -95,17 +95,9 @@ def sampled(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def indicators(scene: Scene, state: dict[str, np.ndarray] | None = None) -> Indicators:
-    """Return the numbers of a scene.
+    """Return the numbers of a scene that is not dry, from its initial state, bottom, sources, constants and times alone.
 
-    Parameters
-    ----------
-    scene : the scene; only its initial state, bottom, sources, constants and times are looked at.
-    state : its `sampled` state, if at hand.
-
-    Raises
-    ------
-    ValueError
-        If the scene is dry everywhere.
+    ``state`` is its `sampled` state, if at hand.
     """
     state = sampled(scene) if state is None else state
     x, h, phi, w = state["x"], state["h"], state["phi"], state["vf"] - state["vs"]

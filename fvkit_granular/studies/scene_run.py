@@ -47,12 +47,6 @@ def _factory(given: Any) -> Any:
     return given
 
 
-def _cells(given: Any, name: str) -> Any:
-    if isinstance(given, (tuple, list)) and len(given) == 2:
-        return tuple(validation.whole(count, f"{name}[{k}]", at_least=1) for k, count in enumerate(given))
-    return validation.whole(given, name, at_least=1, hint="or a pair (nx, ny) for a scene with two axes")
-
-
 @attrs.frozen
 class SceneRun:
     """Run of a scene as a function of parameters, for `fvkit.sweep` and optimisers.
@@ -95,7 +89,8 @@ class SceneRun:
     model: Model | type[Model] = attrs.field(default=TwoPhase, converter=_model)
     scheme: Scheme | None = validation.field(
         validation.instance, None, optional=True, kind=Scheme, hint="such as fv.WavePropagation(fv.HLL())")
-    cells: Any = validation.field(_cells, None, optional=True)
+    cells: Any = validation.field(validation.per_axis, None, optional=True, each=validation.whole, at_least=1,
+                                  hint="the number of cells")
     times: tuple[float, ...] | None = attrs.field(default=None, converter=attrs.converters.optional(_times))
     backend: str = validation.field(validation.choice, "auto", known=BACKENDS)
 
@@ -173,13 +168,7 @@ class SceneRun:
 
 @attrs.frozen(eq=False)
 class Scaled:
-    """The initial flow of a scene with a factor on each of some values.
-
-    Parameters
-    ----------
-    scene : whose flow it is.
-    factors : {name: factor}.
-    """
+    """The initial flow of a scene with a factor on each of some values, {name: factor}."""
 
     of_release: ClassVar[bool] = True  #: a scene may have it beside its release
 

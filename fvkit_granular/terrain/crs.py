@@ -20,13 +20,33 @@ def read_beside(path: Path) -> str | None:
 
 def in_metres(crs: str | None, where: object) -> str | None:
     """Return a CRS, or raise ValueError where its coordinates are degrees or feet; ``where`` names what has it."""
-    if crs is not None and DEGREES.search(crs):
-        raise ValueError(f"{where} must have coordinates in metres, got degrees ({named(crs)}): reproject it, to UTM "
+    if crs is not None and (unit := _unit(crs)):
+        raise ValueError(f"{where} must have coordinates in metres, got {unit} ({named(crs)}): reproject it, to UTM "
                          "for example, with `gdalwarp -t_srs EPSG:32632` or QGIS")
-    if crs is not None and FEET.search(crs):
-        raise ValueError(f"{where} must have coordinates in metres, got feet ({named(crs)}): reproject it with `gdalwarp -t_srs` "
-                         "or QGIS")
     return crs
+
+
+def _unit(crs: str) -> str:
+    """Return the unit of a CRS that is not metres, or "": as its text says, of a code as GDAL does where it is installed."""
+    if DEGREES.search(crs):
+        return "degrees"
+    if FEET.search(crs):
+        return "feet"
+    if "[" in crs:
+        return ""
+    try:
+        from rasterio import Env
+        from rasterio.crs import CRS
+        from rasterio.errors import CRSError
+    except ImportError:
+        return ""
+    try:
+        with Env():  # which keeps what GDAL says off the terminal
+            system = CRS.from_user_input(crs)
+            unit, factor = system.units_factor
+    except CRSError:
+        return ""
+    return "degrees" if system.is_geographic else "" if factor == 1.0 else str(unit)
 
 
 def named(crs: str | None) -> str:

@@ -1,9 +1,11 @@
 """Features of vector files: polygons with their attributes from GeoJSON, and from shapefiles (extra ``geo``)."""
 
 import json
+import logging
 import struct
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,6 +57,8 @@ class Feature(NamedTuple):
             value = self.attributes.get(name)
             if value is not None and value != "":
                 try:
+                    if isinstance(value, bool):
+                        raise TypeError
                     return float(value.replace(",", ".") if isinstance(value, str) else value)
                 except (TypeError, ValueError):
                     raise ValueError(f"{self.where}: attribute `{name}` must be a number, got "
@@ -81,7 +85,11 @@ def read_features(source: Any, terrain: Terrain) -> list[Feature]:
 
     Its CRS must be that of the terrain, where both are known.
     """
-    where, given = read_geometries(source, terrain)
+    return features_of(*read_geometries(source, terrain))
+
+
+def features_of(where: str, given: list[tuple[Any, Any]]) -> list[Feature]:
+    """Return the features of what `read_geometries` has read, or raise as `read_features` does."""
     features = [_feature(where, number, geometry, attributes) for number, (geometry, attributes) in enumerate(given, 1)]
     if not features:
         raise ValueError(f"{where} must have a feature, got none")
@@ -157,15 +165,28 @@ def _shapefile(path: Path) -> Given:
     if not path.is_file():
         raise FileNotFoundError(f"there is no file {path}")
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _silent(shapefile.__name__):
             warnings.simplefilter("error", getattr(shapefile, "PossiblyCorruptFileHeader", UserWarning))
             with shapefile.Reader(str(path), encodingErrors="replace") as file:
                 given = [(one.shape.__geo_interface__ if one.shape.shapeType else None, one.record.as_dict())
                          for one in file.iterShapeRecords()]
+                if len(given) != file.numRecords:  # pyshp ends where a truncated .shx does
+                    raise ValueError(f"its .shx has {len(given)} shapes, its .dbf {file.numRecords} records")
     except (shapefile.ShapefileException, Warning, OSError, struct.error, LookupError, TypeError, ValueError) as error:
         said = " ".join(str(error).split())
         raise Unreadable(path, f"it is damaged or no shapefile, or its .dbf is missing ({said})") from None
     return str(path), given, systems.read_beside(path)
+
+
+@contextmanager
+def _silent(logger: str) -> Iterator[None]:
+    """Let a logger say nothing: pyshp remarks on rings in the other direction, which are read all the same."""
+    log = logging.getLogger(logger)
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before
 
 
 READERS = {".geojson": _geojson, ".json": _geojson, ".shp": _shapefile}

@@ -7,6 +7,7 @@ import numpy as np
 from fvkit import validation
 from fvkit_granular.terrain.features import READERS, is_vector, read_features, separate
 from fvkit_granular.terrain.rasters import cells_of
+from fvkit_granular.terrain.release import check_inside
 from fvkit_granular.terrain.terrain import Terrain
 
 #: What a cell may lack to count as covered, by rounding.
@@ -72,13 +73,16 @@ def _of_zones(source: Any, terrain: Terrain, attribute: str | None) -> tuple[str
     """Return what messages call polygons, their attribute times the share of each cell that they cover, and that share."""
     name = validation.text(attribute, "attribute").lower()
     covered, total, where = np.zeros(terrain.grid.shape), np.zeros(terrain.grid.shape), ""
-    for feature, share in separate(read_features(source, terrain), terrain):
+    found = read_features(source, terrain)
+    for feature, share in separate(found, terrain):
         value = feature.number((name,))
         if value is None or not np.isfinite(value):
             raise ValueError(f"{feature.where} must have a finite attribute {name!r}, got "
-                             f"{', '.join(feature.attributes) or 'none'}: give it, or another `attribute`")
+                             f"{value or ', '.join(feature.attributes) or 'none'}: give it, or another `attribute`")
         covered += share
         total += share * value
         where = where or feature.where
+    if not covered.any():
+        check_inside(found[0], terrain)
     covered = np.where(covered > 1.0 - WHOLE, 1.0, covered)
     return where, total, covered

@@ -43,7 +43,11 @@ def read_path(source: Any, terrain: Terrain) -> tuple[tuple[float, float], ...]:
     if not is_vector(source):
         raise ValueError(f"`path` must be a list of points (x, y), GeoJSON or a file {', '.join(READERS)}, got "
                          f"{source if isinstance(source, Path) else validation.shown(source)}")
-    where, given = read_geometries(source, terrain)
+    return points_of(*read_geometries(source, terrain))
+
+
+def points_of(where: str, given: list[tuple[Any, Any]]) -> tuple[tuple[float, float], ...]:
+    """Return the points of the one line in what `fvkit_granular.terrain.features.read_geometries` has read."""
     lines = [part for geometry, _ in given for part in _lines(geometry, where)]
     if len(lines) != 1:
         raise ValueError(f"{where} must hold one line, got {len(lines)}: join them, in the direction of the flow")

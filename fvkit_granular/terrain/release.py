@@ -1,5 +1,6 @@
 """Release of mass on a terrain: thickness by polygons, rasters or arrays (`Release`, `read_release`)."""
 
+import warnings
 from typing import Any, NamedTuple
 
 import attrs
@@ -16,6 +17,10 @@ from fvkit_granular.terrain.terrain import SAME_CELLS, Terrain
 
 #: Plausible thickness, m: more than of the largest rock avalanches.
 THICKEST = 150.0
+
+#: Largest plausible thickness over width, and, over the standard deviation of the elevation, the root mean square of thickness
+#: less elevation below which the thickness is the elevation of a surface: 1 or more for any constant thickness.
+THICK, ALIKE = 0.5, 0.3
 
 #: Attributes of features, in any case: thickness, m, and solid fraction.
 THICKNESS, SOLID = ("thickness", "d0", "h"), ("solid_fraction", "phi")
@@ -52,6 +57,16 @@ class Release:
     phi : (ny, nx) solid fraction in [0, 1], 0 where nothing is released; None where it was not given.
     parts : what was released: ``name``, ``area``, ``thickness`` as given, ``volume`` on the terrain.
     measured : how the given thickness is measured, ``"vertical"`` or ``"normal"`` to the ground.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import fvkit as fv, fvkit_granular as gr
+    >>> terrain = gr.Terrain(fv.Grid((0.0, 0.0), (20.0, 10.0), (2, 1)), np.zeros((1, 2)))
+    >>> square = {"type": "Polygon", "coordinates": [[[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]]}
+    >>> release = gr.read_release(square, terrain, thickness=2.0, solid_fraction=0.6)
+    >>> release.thickness, release.phi, release.volume
+    (array([[2., 0.]]), array([[0.6, 0. ]]), 200.0)
     """
 
     terrain: Any = validation.field(validation.instance, kind=Terrain)
@@ -70,8 +85,16 @@ class Release:
                                  f"{values.max():g}")
 
     def warn_of_units(self) -> None:
-        """Warn where the thickness looks like another unit."""
-        caution(self, "thickness", 0.0, THICKEST, "it is in m, and 200 cm are 2")
+        """Warn where the thickness looks like another unit, or like elevations."""
+        released = self.thickness > 0.0
+        h, b = self.thickness[released], self.terrain.bottom[released]
+        if h.size and np.sqrt(((h - b) ** 2).mean()) < ALIKE * b.std():
+            warnings.warn(f"`thickness` of Release, up to {h.max():.4g} m, follows the elevation of the ground: "
+                          "give the height of a surface above it", UserWarning, stacklevel=validation.users_line())
+            return
+        width = np.sqrt(h.size * self.terrain.grid.cell_volume)
+        caution(self, "thickness", 0.0, min(THICKEST, THICK * width), f"it is in m, and 200 cm are 2; the release is {width:.3g} "
+                "m wide (root of its area), and shallow flow is much thinner than wide")
 
     @property
     def volume(self) -> float:
@@ -202,9 +225,9 @@ def _share(feature: Feature, terrain: Terrain) -> np.ndarray:
     return share
 
 
-def area_shares(source: Any, terrain: Terrain) -> np.ndarray:
-    """Return the share of each cell, (ny, nx), that polygons cover; see `read_release` for ``source`` and mistakes in it."""
-    return np.sum([share for _, share in separate(read_features(source, terrain), terrain, _share)], axis=0)
+def area_shares(found: list[Feature], terrain: Terrain) -> np.ndarray:
+    """Return the share of each cell, (ny, nx), that features cover; see `read_release` for mistakes in them."""
+    return np.sum([share for _, share in separate(found, terrain, _share)], axis=0)
 
 
 def check_inside(feature: Feature, terrain: Terrain) -> None:

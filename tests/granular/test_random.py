@@ -12,8 +12,8 @@ import fvkit as fv
 import fvkit_granular as gr
 from fvkit.backends.compiled.numba_kernel import available
 from fvkit_granular.models.registry import MODELS, RIEMANN
-from tests.tools import random_runs
-from tests.tools.random_draws import BOTTOMS, CELLS, CLASSES, INFLOWS, SETTINGS, draw, random_scene
+from tests.tools import random_draws, random_runs
+from tests.tools.random_draws import BOTTOMS, CELLS, CLASSES, FAMILIES, INFLOWS, PLANE, SETTINGS, draw, random_scene
 from tests.tools.random_limits import COLLAPSES, known_collapses
 from tests.tools.random_runs import ROUNDING, pairs, plan, random_stress, run_random
 from tests.tools.random_scenes import main
@@ -48,6 +48,25 @@ def test_scenes_with_an_inflow_lie_on_slopes_of_up_to_one_with_friction():
     assert all(len(scene.sources(gr.TwoPhase())) == 2 for scene in scenes)
 
 
+def test_scenes_on_a_plane_have_every_direction_end_and_slope():
+    scenes = [random_scene(1, k, PLANE) for k in range(600)]
+    assert np.array_equal(scenes[7].across, random_scene(1, 7, PLANE).across)
+    assert len({(scene.kind, scene.setting, scene.bottom) for scene in scenes}) == TURN
+    assert {scene.ends for scene in scenes} == {(ends, side) for ends in (*SETTINGS, *INFLOWS) for side in random_draws.INWARDS}
+    assert {len(np.unique(scene.flow[1])) for scene in scenes if scene.kind == "generic"} == {3, 4}
+    headings = np.array([np.arctan2(scene.across[0].flat[0], scene.flow[2].flat[0]) for scene in scenes])
+    assert np.histogram(headings, 8, (-np.pi, np.pi))[0].min() > 40
+    planes = [np.gradient(scene.b) for scene in scenes if scene.bottom == "step"]
+    slopes = np.array([[rise.mean() * cells for rise, cells in zip(one, random_draws.PLANE_CELLS[::-1], strict=True)]
+                       for one in planes if max(np.ptp(rise) for rise in one) < 1e-12])
+    level = np.abs(slopes).max(axis=1) < 1e-9
+    assert 0.2 < level.mean() < 0.8
+    assert np.hypot(*slopes.T).max() <= 1.0 + 1e-9
+    assert (slopes.min(axis=0) < -0.7).all()
+    assert (slopes.max(axis=0) > 0.7).all()
+    assert {scene.model(gr.TwoPhase).slope for scene in scenes} == {"mild", "steep"}
+
+
 def test_the_ranges_are_those_that_are_promised():
     scenes = [random_scene(1, k) for k in range(4000)]
     wet = np.concatenate([scene.flow[0][scene.flow[0] > 0.0] for scene in scenes])
@@ -69,9 +88,10 @@ def test_the_ranges_are_those_that_are_promised():
 
 
 @pytest.mark.skipif(not available(), reason="only compiled code is shared")
-@pytest.mark.parametrize("setting", range(len(SETTINGS)), ids=list(SETTINGS))
-def test_scenes_that_share_code_run_as_each_alone_to_the_bit(setting):
-    scenes = [random_scene(1, 8 * setting + shift).problem(gr.TwoPhase) for shift in (0, 24 * 3 + 4)]
+@pytest.mark.parametrize(("settings", "number"), [(SETTINGS, 0), (SETTINGS, 1), (SETTINGS, 2), (PLANE, 1)],
+                         ids=[*SETTINGS, "plane"])
+def test_scenes_that_share_code_run_as_each_alone_to_the_bit(settings, number):
+    scenes = [random_scene(1, 8 * number + shift, settings).problem(gr.TwoPhase) for shift in (0, 24 * 3 + 4)]
     scenes.append(attrs.evolve(scenes[1], aux={}))
 
     def ran(problem):
@@ -89,6 +109,7 @@ def test_pairs_and_plan():
     assert len(every) == 19
     assert ("pitman-le", "roe") not in every
     assert pairs(["pitman-le"], ["roe", "hll"]) == [("pitman-le", "hll")]
+    assert pairs(settings=PLANE) == [pair for pair in every if pair[0] != "pitman-le"]
     with pytest.raises(ValueError, match="does not serve pitman-le"):
         pairs(["pitman-le"], ["roe"])
     assert "20000 random scenes x 19 pairs" in plan(20000, every, (1, 2), 2)
@@ -141,7 +162,7 @@ def test_a_run_without_end_is_given_up_with_a_name(monkeypatch):
     assert one["status"] == "max_steps"
 
 
-@pytest.mark.parametrize("settings", [SETTINGS, INFLOWS], ids=["in turn", "inflow"])
+@pytest.mark.parametrize("settings", FAMILIES.values(), ids=["in turn", "inflow", "plane"])
 def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_path, capsys, monkeypatch, settings):
     monkeypatch.setattr(random_runs, "COLLAPSE", 1)
     report = random_stress(24, 1, ["shallow-water"], ["hll"], (1,), workers=1, settings=settings)
@@ -158,14 +179,16 @@ def test_the_report_names_every_odd_run_by_a_command_that_makes_it_again(tmp_pat
     assert told.split("  # ")[1].startswith(f"max_steps: {first['class']}")
     words = shlex.split(told, comments=True)
     assert words == ["python", "-m", "tests.tools.random_scenes", "1", "--seed", "1", "--first", str(first["index"]), "--models", "shallow-water",
-                     "--riemann", "hll", "--orders", "1", *["--inflow"] * (settings is INFLOWS)]
+                     "--riemann", "hll", "--orders", "1", *{id(INFLOWS): ["--inflow"], id(PLANE): ["--plane"]}.get(id(settings), [])]
     assert main([*words[3:], "--workers", "1", "--out", str(tmp_path / "out")]) == 0
     assert "0 finished, 1 collapsed, 0 broken" in capsys.readouterr().out
 
 
 def test_the_command_refuses_what_it_cannot_run(tmp_path, capsys):
     for arguments, told in ((["--orders", "3"], "--orders"), (["--models", "two-phases"], "two-phase"),
-                            (["--models", "pitman-le", "--riemann", "roe"], "does not serve pitman-le"), (["--first", "-1"], "--first")):
+                            (["--models", "pitman-le", "--riemann", "roe"], "does not serve pitman-le"), (["--first", "-1"], "--first"),
+                            (["--plane", "--orders", "5"], "serves a line"), (["--plane", "--models", "pitman-le"], "two axes"),
+                            (["--plane", "--inflow"], "not allowed")):
         with pytest.raises(SystemExit, match="2"):
             main(["8", *arguments, "--out", str(tmp_path)])
         assert told in capsys.readouterr().err
@@ -189,6 +212,13 @@ def test_random_scenes_end_with_a_name_and_lose_nothing(model, riemann, order):
     assert [check for check in row["checks"] if not check["passed"]] == []
     expected = known_collapses(model, riemann).share * row["problems"]
     assert row["collapses"] <= expected + 3.0 * np.sqrt(expected)
+
+
+@pytest.mark.skipif(not available(), reason="too slow uncompiled")
+def test_random_scenes_on_a_plane_end_with_a_name_and_lose_nothing():
+    (row,) = random_stress(TURN // 4, 7, ["two-phase"], ["relaxation"], (2,), workers=1, settings=PLANE).rows
+    assert row["finished"] == row["problems"] == TURN // 4
+    assert [check for check in row["checks"] if not check["passed"]] == []
 
 
 @pytest.mark.skipif(not available(), reason="too slow uncompiled")

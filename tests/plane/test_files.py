@@ -115,6 +115,16 @@ def test_other_tools_read_what_a_file_holds(solution, tmp_path):
 
 
 @NEEDS_IO
+def test_time_is_marked_in_texts_of_fixed_length(solution, tmp_path):
+    """VTK's reader takes no others: without them the outputs lie one above the other."""
+    import h5py
+
+    with h5py.File(solution.save(tmp_path / "run.nc")) as file:
+        assert {name: (file["time"].attrs.get_id(name).dtype.kind, file["time"].attrs[name]) for name in ("units", "axis")} == {
+            "units": ("S", b"s"), "axis": ("S", b"T")}
+
+
+@NEEDS_IO
 def test_a_streamed_run_is_the_run_in_memory(solution, tmp_path):
     ends = solve(pool(), times=[0.1, 0.2, 0.4], record=fv.Stream(tmp_path / "run.nc"))
     read = fv.load(tmp_path / "run.nc")

@@ -51,6 +51,25 @@ def test_an_inflow_states_momenta_along_both_axes():
         flat(gr.ShallowWater(), boundary={"west": fv.Inflow([1.0, 6.0])})
 
 
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("riemann", [fv.Roe(), gr.Relaxation()])
+def test_a_jet_that_spreads_along_its_wall_is_no_faster_than_a_dam_break(riemann, order):
+    """What parts from the wall faster than sound left its momentum behind with Roe, and the sweep along the wall brought more."""
+    model, h, v, grid = gr.TwoPhase(), 4.6, 7.2, fv.Grid((0.0, 0.0), (1.0, 1.0), (14, 10))
+    jet = fv.Inflow(state(model, h, 0.9, vy=(v, v)))
+    problem = fv.Problem(model, grid, np.zeros((6, *grid.shape)), 0.06, boundary={"south": fv.Along(0.3, 0.7, jet)},
+                         sources=gr.CoulombFriction(1.0))
+    fastest = []
+
+    def look(stepper):
+        for mass, along_x, along_y in np.split(stepper.q, 2):
+            wet = mass > 1e-9
+            fastest.append((np.hypot(along_x, along_y)[wet] / mass[wet]).max())
+
+    fv.solve(problem, fv.WavePropagation(riemann, order=order), observers=look, nonhyperbolic="ignore")
+    assert v < max(fastest) < v + 2.0 * np.sqrt(model.g * h)
+
+
 @pytest.mark.parametrize("side", ["west", "north"])
 def test_a_lake_at_a_side_keeps_water_of_its_level_at_rest(side):
     grid, model = square(12), gr.ShallowWater()

@@ -163,7 +163,7 @@ def test_what_does_not_see_the_slopes_is_refused():
     model = gr.ShallowWater(slope="steep")
     options = {"model": model, "grid": fv.Grid(0.0, 10.0, 20), "initial": lambda x: model.conserved_from(1.0 + 0.0 * x), "t_end": 0.1,
                "aux": {"b": lambda x: -0.5 * x}}
-    with pytest.raises(ValueError, match="MethodOfLines does not see the slopes"):
+    with pytest.raises(ValueError, match="MethodOfLines has the equations for mild slopes only"):
         fv.solve(fv.Problem(**options), fv.MethodOfLines(fv.HLL()))
     with pytest.raises(ValueError, match="`background` needs slope"):
         fv.solve(fv.Problem(**options, background=options["initial"]))

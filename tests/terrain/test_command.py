@@ -140,8 +140,17 @@ def test_check_draws_the_cells_of_a_hydrograph(tmp_path):
     (tmp_path / "inflow.csv").write_text("t [s],discharge [m3/s],phi [-]\n0,1,0.5\n9,1,0.5\n")
     here = {"type": "Polygon", "coordinates": [[[1010.0, 2005.0], [1020.0, 2005.0], [1020.0, 2010.0], [1010.0, 2010.0], [1010.0, 2005.0]]]}
     scene = gr.Scene(terrain=terrain, t_end=9.0, sources=gr.read_hydrograph(tmp_path / "inflow.csv", here, terrain))
-    marks = [line.get_xydata().tolist() for line in check._picture(scene).axes[0].get_lines()]
-    assert marks == [[[1012.5, 2007.5], [1017.5, 2007.5]]]
+    picture = check._picture(scene)
+    assert [line.get_xydata().tolist() for line in picture.axes[0].get_lines()] == [[[1012.5, 2007.5], [1017.5, 2007.5]]]
+    assert picture.get_supxlabel() == "west: outflow, east: outflow, south: outflow, north: outflow"  # below the map, however narrow
+
+
+def test_an_observed_raster_of_nothing_is_refused(folder, capsys):
+    terrain = gr.read_terrain("dem.asc")
+    gr.write_raster("observed.asc", np.full(terrain.grid.shape, np.nan), terrain)
+    change(folder, "scene.toml", "gauges = [", 'observed = "observed.asc"\ngauges = [')
+    assert main(["check", "scene.toml"]) == 2
+    assert "outputs.observed: `observed` must hold cells > 0, or polygons, where the terrain has data" in capsys.readouterr().err
 
 
 #: {fault: (file, what is changed: (old, new), a new content, or None for no file; words of the sentence)}.
@@ -181,6 +190,8 @@ FAULTS = {
     "gauge with one coordinate": ("scene.toml", ("[[1032.5, 2012.5]]", "[1032.5]"), r"outputs\.gauges"),
     "gauge of text": ("scene.toml", ("[[1032.5, 2012.5]]", '"here"'), r"outputs\.gauges"),
     "line outside": ("scene.toml", ("[1030.0, 2001.0]", "[1030.0, 1.0]"), r"outputs\.lines: .*across"),
+    "line on no data": ("scene.toml", ("[[1030.0, 2001.0], [1030.0, 2024.0]]", "[[1057.0, 2001.0], [1057.0, 2024.0]]"), r"outputs\.lines: `lines`, across must cross cells"),
+    "thickness that is true": ("release.geojson", collection(thickness=True), "attribute `thickness` must be a number, got True"),
     "line of one point": ("scene.toml", (", [1030.0, 2024.0]", ""), r"outputs\.lines: .*across"),
     "threshold below zero": ("scene.toml", ("gauges =", "threshold = -1.0\ngauges ="), r"outputs\.threshold"),
     "threshold not a number": ("scene.toml", ("gauges =", "threshold = nan\ngauges ="), r"outputs\.threshold"),

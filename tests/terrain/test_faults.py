@@ -111,3 +111,39 @@ def test_each_fault_is_one_sentence_that_names_the_file(tmp_path, kind, fault):
     assert "\n" not in said
     assert len(said) < 600
     assert set(tmp_path.iterdir()) == before
+
+
+def shapes(folder, number, turned=False):
+    """Write a shapefile of rings side by side; ``turned`` in the direction of holes."""
+    shapefile = pytest.importorskip("shapefile", reason="needs the extra geo")
+    path = folder / "release.shp"
+    with shapefile.Writer(str(path), shapeType=shapefile.POLYGON) as file:
+        file.field("thickness", "N", 10, 3)
+        for k in range(number):
+            file.poly([[[x + 3.0 * k, y + 12.0 * k] for x, y in (RING if turned else RING[::-1])]])
+            file.record(1.5)
+    return path
+
+
+@pytest.mark.parametrize("kept", [0, 1])
+def test_a_truncated_index_of_a_shapefile_loses_no_shape_in_silence(tmp_path, kept):
+    path = shapes(tmp_path, 2)
+    assert gr.read_release(path, ramp()).volume == pytest.approx(2.0 * 1.5 * 120.0, rel=1e-12)
+    index = path.with_suffix(".shx")
+    index.write_bytes(index.read_bytes()[:100 + 8 * kept])
+    with pytest.raises(ValueError, match=f"release.shp cannot be read: .*its .shx has {kept} shapes, its .dbf 2 records"):
+        gr.read_release(path, ramp())
+
+
+def test_a_ring_in_the_direction_of_holes_is_read_without_a_remark(tmp_path, caplog):
+    assert gr.read_release(shapes(tmp_path, 1, turned=True), ramp()).volume == pytest.approx(1.5 * 120.0, rel=1e-12)
+    assert not caplog.records
+
+
+def test_a_code_of_a_system_in_feet_is_refused_where_gdal_knows_it():
+    pytest.importorskip("rasterio", reason="needs the extra geo")
+    for code, unit in (("EPSG:2263", "US survey foot"), ("EPSG:4258", "degrees")):
+        with pytest.raises(ValueError, match=f"must have coordinates in metres, got {unit} \\({code}\\)"):
+            ramp(crs=code)
+    for fine in ("EPSG:31287", "urn:ogc:def:crs:EPSG::32632", "local grid"):
+        assert ramp(crs=fine).crs == fine

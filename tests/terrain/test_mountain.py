@@ -1,4 +1,4 @@
-"""Scenes on a terrain: made anew with other parts, mirrored, with curved ground, and with hydrographs that begin late."""
+"""Scenes on a terrain: made anew with other parts, mirrored, with curved ground; runs and checks of the command."""
 
 import json
 import pickle
@@ -97,49 +97,6 @@ def test_curvature_and_hazard_maps_in_a_scene(slope):
     np.testing.assert_allclose(hazard.maps["thickness"], hazard.maps["depth"] / np.sqrt(1.0 + slopes[0] ** 2 + slopes[1] ** 2))
     with pytest.raises(ValueError, match="Curvature needs the equations for steep ground"):
         attrs.evolve(scene, slope="mild").problem(gr.ShallowWater)
-
-
-def line(*points):
-    return {"type": "LineString", "coordinates": [list(point) for point in points]}
-
-
-@pytest.mark.parametrize("area", [rectangle(20.0, 40.0, 30.0, 50.0), line((22.0, 31.0), (26.0, 44.0), (40.0, 49.0))], ids=["area", "line"])
-@pytest.mark.parametrize("start", [0.0, 50.0])
-def test_a_hydrograph_brings_its_volume_also_when_it_begins_late_on_dry_ground(tmp_path, start, area):
-    table = tmp_path / "inflow.csv"
-    rows = "".join(f"{start + t:g},{discharge},0.5\n" for t, discharge in ((0, 0), (1, 20), (5, 20), (6, 0)))
-    table.write_text(f"t [s],discharge [m3/s],phi [-]\n{rows}")
-    ground = terrain(gaps=False)
-    source = gr.read_hydrograph(table, area, ground)
-    scene = gr.Scene(terrain=ground, t_end=90.0, sources=(source, gr.CoulombFriction(0.3)), boundary=fv.Wall())
-    solution = fv.solve(scene.problem(gr.Reduced), backend="numpy", limits=fv.Limits(steps=60), throw=False)
-    assert solution.t[-1] > start + 6.0
-    assert solution.stats.entered_by_sources["h"] == pytest.approx(100.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("turned", [lambda x, y: (x, y), lambda x, y: (12.0 - x, y), lambda x, y: (y, x)])
-def test_a_hydrograph_on_a_line_comes_in_by_its_length_in_each_cell(tmp_path, turned):
-    table = tmp_path / "inflow.csv"
-    table.write_text("t [s],discharge [m3/s],phi [-]\n0,8,0.5\n1,8,0.5\n")
-    ground = gr.Terrain(fv.Grid((0.0, 0.0), (12.0, 12.0), (3, 3)), np.zeros((3, 3)))
-    points = [turned(*point) for point in ((3.0, 2.0), (9.0, 2.0), (9.0, 10.0))]
-    rates = gr.read_hydrograph(table, line(*points), ground).intensity.averages(0.5) * 16.0
-    lengths = np.zeros((3, 3))
-    for x, y, length in ((2.0, 2.0, 1.0), (6.0, 2.0, 4.0), (10.0, 2.0, 3.0), (10.0, 6.0, 4.0), (10.0, 10.0, 2.0)):
-        lengths[ground.grid.index(*turned(x, y))] = length
-    np.testing.assert_allclose(rates, 8.0 * lengths / 14.0, rtol=1e-13)
-
-
-@pytest.mark.parametrize(("area", "words"), [
-    (line((22.0, 31.0), (22.0, 500.0)), r"line must lie within the terrain, .* it reaches .* m north of it"),
-    (line((50.0, 45.0), (75.0, 45.0)), "line must lie where the terrain has data"), (line((50.0, 45.0), (50.0, 45.0)), "two points"),
-    ({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": shape} for shape in (line((1.0, 1.0), (9.0, 9.0)), rectangle(20.0, 40.0, 30.0, 50.0))]},
-     "must be a Polygon or MultiPolygon, got 'LineString'")])
-def test_a_hydrograph_on_a_wrong_line_says_why(tmp_path, area, words):
-    table = tmp_path / "inflow.csv"
-    table.write_text("t [s],discharge [m3/s],phi [-]\n0,8,0.5\n1,8,0.5\n")
-    with pytest.raises(ValueError, match=words):
-        gr.read_hydrograph(table, area, terrain())
 
 
 SCENE = """

@@ -36,6 +36,8 @@ def test_a_raster_is_itself_and_its_gaps_are_elsewhere(tmp_path):
     ((zones(zone(0, 40, nu=0.5)), TERRAIN), "`attribute`"), ((zones(zone(0, 40, mu=0.5)), TERRAIN, "nu"), "must have a finite attribute 'nu', got mu"),
     ((zones(zone(0, 40, nu="much")), TERRAIN, "nu"), "attribute `nu` must be a number"),
     ((zones(zone(0, 30, nu=0.5)), TERRAIN, "nu"), "cells have no value"), ((zones(zone(0, 30, nu=0.5), zone(20, 40, nu=0.1)), TERRAIN, "nu"), "overlap"),
+    ((zones(zone(0, 40, nu=float("nan"))), TERRAIN, "nu"), "finite attribute 'nu', got nan"), ((zones(zone(0, 40, nu=True)), TERRAIN, "nu"), "must be a number, got True"),
+    ((zones(zone(60, 90, nu=0.5)), TERRAIN, "nu", 0.2), "must lie within the terrain.* 50 m east of it"),
     ((np.ones((2, 4)), TERRAIN, "nu"), "`attribute` is for polygons"), ((np.ones((4, 2)), TERRAIN), "shape")])
 def test_what_is_no_parameter_of_the_terrain(arguments, words):
     with pytest.raises((ValueError, TypeError), match=words):

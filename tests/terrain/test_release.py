@@ -7,7 +7,6 @@ import warnings
 import numpy as np
 import pytest
 
-import fvkit as fv
 import fvkit_granular as gr
 from tests.terrain.rasters import LAMBERT, ramp
 
@@ -280,11 +279,20 @@ def test_a_release_made_by_hand_is_checked(change, words):
         gr.Release(**good | change)
 
 
-@pytest.mark.parametrize(("thickness", "warned"), [(2.0, False), (200.0, True)])
-def test_a_thickness_in_centimetres_is_warned_of(thickness, warned):
-    terrain = gr.Terrain(fv.Grid((0.0, 0.0), (40.0, 20.0), (4, 2)), np.zeros((2, 4)))
-    release = gr.read_release(np.full((2, 4), thickness), terrain)
+HILLS = 0.5 * ramp(nx=40, ny=30).bottom - 150.0
+
+
+@pytest.mark.parametrize(("thickness", "words"), [
+    (2.0, None), (200.0, "200 cm are 2"), (60.0, None), (HILLS, "follows the elevation of the ground"), (HILLS + 2.0, "follows the elevation"),
+    (np.where(HILLS > 70.0, HILLS, 0.0), "follows the elevation"), (HILLS.max() - HILLS, None), (0.001 * HILLS, None), (HILLS - HILLS.min(), None),
+    (np.where(np.arange(40) < 4, 11.0, 0.0) * (np.arange(30) < 4)[:, None], "10: it is in m, and 200 cm are 2; the release is 20 m wide"),
+    (np.where(np.arange(40) < 4, 9.0, 0.0) * (np.arange(30) < 4)[:, None], None)],
+    ids=["plausible", "cm", "rock avalanche", "elevations", "surface", "some elevations", "lake", "more above", "wedge", "pillar", "pile"])
+def test_a_thickness_in_another_unit_or_of_a_surface_is_warned_of(thickness, words):
+    """On ground from 51 to 118 m; a lake and a wedge vary as the ground does, but are not its elevation."""
+    terrain = gr.Terrain(ramp(nx=40, ny=30).grid, HILLS)
+    release = gr.read_release(np.broadcast_to(thickness, terrain.grid.shape), terrain)
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         gr.Scene(terrain=terrain, release=release, t_end=1.0, phi=0.5)
-    assert ["it is in m, and 200 cm are 2" in str(one.message) for one in seen] == [True] * warned
+    assert [words in str(one.message) for one in seen] == [True] * (words is not None)

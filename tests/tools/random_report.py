@@ -12,7 +12,7 @@ import numpy as np
 from fvkit.files import write_whole
 from fvkit.output.figures import new_axes
 from fvkit.studies.tables import plain, table
-from tests.tools.random_draws import INFLOWS
+from tests.tools.random_draws import family_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,8 +78,9 @@ class RandomReport:
 
     def reproducer(self, row: dict[str, Any], one: dict[str, Any]) -> str:
         """Return the command that makes one run again."""
+        family = family_of(one["setting"])
         return (f"python -m tests.tools.random_scenes 1 --seed {self.seed} --first {one['index']} --models {row['model']} "
-                f"--riemann {row['riemann']} --orders {row['order']}" + " --inflow" * (one["setting"] in INFLOWS))
+                f"--riemann {row['riemann']} --orders {row['order']}" + (f" --{family}" if family else ""))
 
     def plot(self) -> "Figure":
         """Return the picture: steps over nominal steps and the mass drift over its bound, a line per model, solver, order."""

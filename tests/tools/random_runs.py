@@ -1,25 +1,25 @@
 """Random scenes with every model, solver and order, in bulk: each ends, with a name for how, and loses nothing."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from math import fsum
 from typing import Any
+from unittest.mock import patch
 
 import attrs
 import numpy as np
 
 from fvkit import MethodOfLines, Model, Problem, Scheme, SolveError, Status, Stepper, WavePropagation
-from fvkit.backends.compiled import numba_kernel
-from fvkit.backends.compiled.generator import Source
+from fvkit.backends.compiled import numba_kernel, numba_sweeps
 from fvkit.backends.compiled.numba_kernel import available
+from fvkit.pointwise.part import unwrapped
 from fvkit.run.interruption import keeping
 from fvkit.run.progress import Progress, counter
-from fvkit.schemes.scheme import Parts
 from fvkit.studies.report import environment
 from fvkit_granular.stress.checks import Check
 from fvkit_granular.stress.suite import MODELS, SOLVERS, in_processes
-from tests.tools.random_draws import INFLOWS, SETTINGS, RandomScene, random_scene, setting_of
+from tests.tools.random_draws import FAMILIES, PLANE, SETTINGS, RandomScene, family_of, random_scene, setting_of
 from tests.tools.random_limits import FEW, known_collapses
 from tests.tools.random_report import RandomReport
 
@@ -56,6 +56,9 @@ ADDING = 0.5 * EPS
 #: Seconds for a problem, by order, and for a kernel that is not in the cache, on one core; for what `plan` says alone.
 TYPICAL, COMPILING, UNCOMPILED = {1: 0.8e-3, 2: 1.2e-3, HIGH: 6e-3}, 3.0, 60.0
 
+#: Seconds for a problem on a plane, of either order.
+TYPICAL_PLANE = 0.06
+
 #: Names of how a run may end. What is neither is broken.
 ENDED, COLLAPSED = ("finished",), ("max_steps", "dt_too_small")
 
@@ -70,7 +73,7 @@ def run_random(model: str, riemann: str, order: int, seed: int, index: int, coun
                setting: str | None = None) -> dict[str, Any]:
     """Run the problems from ``index`` to ``index + count``, of one setting or of all; return what a report adds up."""
     scheme, kind = scheme_of(riemann, order), MODELS[model]
-    settings = INFLOWS if setting in INFLOWS else SETTINGS
+    settings = FAMILIES[family_of(setting)]
     wanted = [k for k in range(index, index + count) if setting in (None, setting_of(k, settings))]
     started = time.perf_counter()
     scenes = (random_scene(seed, k, settings) for k in wanted)
@@ -91,26 +94,33 @@ def code_kept() -> Iterator[None]:
 
     Both take ten times a run.
     """
-    generate, check, kept, checked = numba_kernel.generate, Problem._check_contract, {}, set()
+    def kinds(parts: Sequence[Any]) -> tuple[type, ...]:
+        return tuple(type(unwrapped(part)) for part in parts)
 
-    def once(problem: Problem, scheme: Scheme, parts: Parts, *rest: Any) -> Source:
-        kinds = tuple(type(part) for part in (parts.model, parts.riemann, *parts.sources, *problem.ends))
-        key = (kinds, tuple(rest[-1]))  # the last says which given functions are 0 everywhere
-        if key not in kept:
-            kept[key] = generate(problem, scheme, parts, *rest)
-        return kept[key]
+    def kept(make: Callable[..., Any], key: Callable[..., Any]) -> Callable[..., Any]:
+        found: dict[Any, Any] = {}
 
-    def check_once(problem: Problem) -> None:
-        kinds = tuple(type(part) for part in (problem.model, *problem.sources, *problem.ends))
-        if kinds not in checked:
-            check(problem)
-            checked.add(kinds)
+        def once(*given: Any) -> Any:
+            what = key(*given)
+            if what not in found:
+                found[what] = make(*given)
+            return found[what]
 
-    numba_kernel.generate, Problem._check_contract = once, check_once
-    try:
+        return once
+
+    def ends_of(problem: Problem) -> tuple[type, ...]:
+        return kinds([*problem.ends, *(section.first for axis in problem.sides for side in axis for section in side)])
+
+    with ExitStack() as stack:  # last of the arguments of both generators: which given functions are 0 everywhere
+        for owner, name, key in (
+                (numba_kernel, "generate", lambda problem, scheme, parts, *rest: (kinds(parts.every), ends_of(problem), *rest[-1])),
+                (numba_sweeps, "generate_sweep", lambda direction, scheme, parts, *rest: (
+                    direction.number, kinds(parts.every), parts.model.aux, *rest[-1])),
+                (numba_sweeps, "module_of", lambda prefix, text, *rest: (prefix, text)),
+                (Problem, "_check_contract", lambda problem: (
+                    kinds([problem.model, *problem.sources]), ends_of(problem), len(problem.given)))):
+            stack.enter_context(patch.object(owner, name, kept(getattr(owner, name), key)))
         yield
-    finally:
-        numba_kernel.generate, Problem._check_contract = generate, check
 
 
 def _run(kind: type[Model], scheme: Scheme, scene: RandomScene) -> dict[str, Any]:
@@ -148,7 +158,7 @@ def _march(stepper: Stepper) -> tuple[str, float]:
 def _lowest(stepper: Stepper) -> float:
     """The lowest mass of a state; -inf where a number is none."""
     q = stepper.q
-    return float(q[list(stepper.problem.model.mass_rows())].min()) if np.isfinite(q).all() else -np.inf
+    return float(q[list(stepper.problem.mass_rows)].min()) if np.isfinite(q).all() else -np.inf
 
 
 def _drift(stepper: Stepper, sweeps: int) -> tuple[float, float]:
@@ -156,38 +166,43 @@ def _drift(stepper: Stepper, sweeps: int) -> tuple[float, float]:
 
     Relative to the mass at the start and what passed the ends.
     """
-    problem, passed, drift, share = stepper.problem, stepper.snapshot()["masses"], 0.0, 0.0
-    for k, row in enumerate(problem.model.mass_rows()):
-        start, end = fsum(problem.q0[row]) * problem.grid.dx, fsum(stepper.q[row]) * problem.grid.dx
-        through = abs(passed[0, k]) + abs(passed[1, k])
-        size, change = max(start + through, LEAST_MASS), abs(end - start - (passed[0, k] - passed[1, k]))
-        allowed = ROUNDING * np.sqrt(max(stepper.steps, 1) * sweeps) * size + ADDING * stepper.steps * through
+    problem, drift, share = stepper.problem, 0.0, 0.0
+    axes, volume = len(problem.grid.axes), problem.grid.cell_volume
+    for row, passed in zip(problem.mass_rows, stepper.snapshot()["masses"][:2 * axes].T, strict=False):
+        start, end = (fsum(q[row].flat) * volume for q in (problem.q0, stepper.q))
+        through = np.abs(passed).sum()
+        size, change = max(start + through, LEAST_MASS), abs(end - start - (passed[::2] - passed[1::2]).sum())
+        allowed = ROUNDING * np.sqrt(max(stepper.steps, 1) * sweeps * axes) * size + ADDING * stepper.steps * through
         drift, share = max(drift, change / size), max(share, change / allowed)
     return drift, share
 
 
-def pairs(models: Sequence[str] | None = None, riemann: Sequence[str] | None = None) -> list[tuple[str, str]]:
-    """Return the pairs of a model and a solver that serves it, of the names given, all where None.
+def pairs(models: Sequence[str] | None = None, riemann: Sequence[str] | None = None,
+          settings: Mapping[str, str] = SETTINGS) -> list[tuple[str, str]]:
+    """Return the pairs of a model and a solver that serves it, of the names given, all where None; for a plane of what serves one.
 
     Raises
     ------
     ValueError
         Where no solver given serves a model given.
     """
-    found = [(model, solver) for model in models or MODELS for solver in riemann or SOLVERS
-             if SOLVERS[solver].serves(MODELS[model])]
+    known = [model for model in models or MODELS if settings is not PLANE or MODELS[model].dimensions > 1]
+    found = [(model, solver) for model in known for solver in riemann or SOLVERS if SOLVERS[solver].serves(MODELS[model])]
+    if not known:
+        raise ValueError(f"`models` on a plane must be of what serves two axes, got {', '.join(models or ())}")
     if not found:
-        fitting = ", ".join(name for name, solver in SOLVERS.items() if any(solver.serves(MODELS[m]) for m in models or MODELS))
+        fitting = ", ".join(name for name, solver in SOLVERS.items() if any(solver.serves(MODELS[m]) for m in known))
         raise ValueError(f"`riemann` must serve a model: {', '.join(riemann or ())} does not serve {', '.join(models or ())}; "
                          f"solvers that do: {fitting}")
     return found
 
 
-def plan(count: int, chosen: Sequence[tuple[str, str]], orders: Sequence[int], workers: int) -> str:
+def plan(count: int, chosen: Sequence[tuple[str, str]], orders: Sequence[int], workers: int,
+         settings: Mapping[str, str] = SETTINGS) -> str:
     """Return what will be run, and about how long it takes."""
-    kernels = len(chosen) * len(orders) * min(len(SETTINGS), -(-count // 8))
-    seconds = len(chosen) * count * sum(TYPICAL[order] for order in orders)
-    slower = "" if available() else ", without numba"
+    slower, axes = "" if available() else ", without numba", 2 if settings is PLANE else 1
+    kernels = axes * len(chosen) * len(orders) * min(len(settings), -(-count // 8))
+    seconds = len(chosen) * count * (sum(TYPICAL[order] for order in orders) if axes == 1 else len(orders) * TYPICAL_PLANE)
     running = seconds * (1.0 if available() else UNCOMPILED) / workers
     text = f"{count} random scenes x {len(chosen)} pairs of model and solver x order {', '.join(map(str, orders))}: "
     text += f"{count * len(chosen) * len(orders)} runs, about {_spoken(running)} on {workers} core{'s' * (workers > 1)}{slower}"
@@ -213,7 +228,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     orders : any of 1, 2 and 5, which is `fvkit.MethodOfLines` as it comes.
     first : index of the first scene of the seed.
     workers : processes; default: one per processor.
-    settings : `random_draws.SETTINGS`, or `random_draws.INFLOWS`.
+    settings : `random_draws.SETTINGS`, `random_draws.INFLOWS`, or `random_draws.PLANE`.
     progress : True shows progress on stderr; or a function that receives the share done, 0 to 1.
 
     Returns
@@ -226,7 +241,7 @@ def random_stress(count: int, seed: int = 1, models: Sequence[str] | None = None
     KeyboardInterrupt
         After Ctrl-C; its attribute ``result`` is the RandomReport of the runs that are done, None where there are none.
     """
-    chosen = pairs(models, riemann)
+    chosen = pairs(models, riemann, settings)
     size = min(BLOCK, count)
     # The first blocks of all kernels come first, so that no two processes compile the same one.
     wanted = [{"model": model, "riemann": solver, "order": order, "seed": seed, "index": start, "setting": setting,

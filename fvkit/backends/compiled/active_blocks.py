@@ -19,14 +19,9 @@ RING = np.argwhere(np.pad(np.zeros((SIDE, SIDE), dtype=bool), 1, constant_values
 
 
 class ActiveBlocks:
-    """The blocks of a grid (ny, nx) that a step computes.
+    """The blocks of a grid (ny, nx) that a step computes: ``every`` one, since something may happen anywhere, or some.
 
-    Parameters
-    ----------
-    shape : (ny, nx) of the grid.
-    halo : width of the ghost cells of padded states.
-    every : whether all blocks are, since something may happen anywhere.
-    wetted : numbers of the cells that sources bring mass to.
+    ``halo`` is the width of the ghost cells of padded states, ``wetted`` the numbers of the cells that sources bring mass to.
     """
 
     def __init__(self, shape: tuple[int, ...], halo: int, every: bool, wetted: Sequence[Any] = ()) -> None:

@@ -34,10 +34,7 @@ class Ends(Writer):
 
     def good(self, q: Any) -> Any:
         """Symbol of whether a state may be accepted."""
-        total = q[0]
-        for component in q[1:]:
-            total = total + component
-        result = self.graph.node("isfinite", total)
+        result = self.graph.node("isfinite", sum(q[1:], q[0]))
         for row in self.problem.model.mass_rows():
             result = result & (q[row] >= 0.0)
         if self.problem.model.defines("admissible"):

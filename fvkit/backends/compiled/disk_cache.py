@@ -19,10 +19,7 @@ VARIABLE = "FVKIT_CACHE"
 def folder() -> Path:
     """Return the folder of compiled kernels: ``$FVKIT_CACHE``, else ``fvkit`` in the platform's folder for caches.
 
-    Raises
-    ------
-    OSError
-        Where that is in the home of someone who has none.
+    An OSError where that is in the home of someone who has none.
     """
     chosen = os.environ.get(VARIABLE)
     try:
@@ -66,14 +63,7 @@ def place(name: str, text: str) -> tuple[Path, bool]:
 
 @attrs.frozen
 class Contents:
-    """What the cache holds.
-
-    Parameters
-    ----------
-    folder : where.
-    kernels : number of kernels.
-    size : bytes.
-    """
+    """What the cache holds: its folder, the number of kernels, and their bytes."""
 
     folder: Path
     kernels: int

@@ -184,7 +184,9 @@ class Generator(Ends):
             if SPEED in values and SPEED not in changed:
                 extra.append(largest(values[SPEED]))
             if first and self.problem.model.defines("hyperbolic_discriminant"):
-                extra.append(("doubt = doubt | {}", self.suspect(low)))
+                doubt = at_face(self.parts.model, "may_lose_hyperbolicity", *self.face(low, "q", "aux")) \
+                    if self.problem.model.defines("may_lose_hyperbolicity") else True
+                extra.append(("doubt = doubt | {}", doubt))
             marks = [(row, self.graph.node("where", asked[k], 1.0, 0.0)) for k, row in masks.items()]
             usual_block = self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1,
                                     always=which == 0, like=usual_block)
@@ -221,11 +223,6 @@ class Generator(Ends):
     def face(self, place: int, *names: str) -> tuple[Any, ...]:
         """Symbols of fields on both sides of the face at loop variable + place."""
         return tuple(self.loaded(self.fields[name], place + offset) for name in names for offset in (-1, 0))
-
-    def suspect(self, place: int) -> Any:
-        """Symbol of whether a face may have lost hyperbolicity, so that it is worth counting."""
-        return at_face(self.parts.model, "may_lose_hyperbolicity", *self.face(place, "q", "aux")) \
-            if self.problem.model.defines("may_lose_hyperbolicity") else True
 
     def count_lost(self) -> None:
         """Count the faces with complex speeds, and keep the first, where the first loop saw reason to doubt."""
@@ -269,11 +266,6 @@ class Generator(Ends):
 def generate(problem: Problem, scheme: Scheme, parts: Parts, plan: Plan, source_plan: Plan | None, varies: list[bool]) -> Source:
     """Return the text of the kernel's own part: ``tile`` and ``ghosts``, and for a staged scheme ``opening``, ``finish`` and,
     with implicit sources, ``source_tile``. ``varies`` marks the given functions that are not zero everywhere.
-
-    Raises
-    ------
-    Untraceable
-        With function, file and line of a stage of a scheme that only whole arrays can run.
     """
     generator = Generator(problem, scheme, parts, plan, varies)
     pieces, blocks, rows = [located(generator.tile), located(generator.ghosts)], generator.blocks, generator.rows

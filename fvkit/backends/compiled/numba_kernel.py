@@ -68,13 +68,7 @@ class Scratch(NamedTuple):
 
 
 class NumbaKernel(Kernel):
-    """Runs steps in compiled code; new parameter values never recompile.
-
-    Raises
-    ------
-    fvkit.pointwise.tracing.Untraceable
-        If a pointwise function does what only whole arrays can do, naming method, file and line.
-    """
+    """Runs steps in compiled code; new parameter values never recompile."""
 
     name: ClassVar[str] = "numba"
 
@@ -214,7 +208,8 @@ def _made(name: str, text: str, blocks: tuple[Any, ...], numba: Any, entries: di
     space = module.__dict__
     exec(compile(text, str(path), "exec"), space)
     space |= {block.name: block.compiled() for block in (llvm.wide(), Move(), *blocks)}
-    timer = threading.Timer(ANNOUNCE_AFTER, _announce, (path,))
+    said = f"fvkit: compiling a kernel for this combination of parts, once; kept in {path.parent}"
+    timer = threading.Timer(ANNOUNCE_AFTER, print, (said,), {"file": sys.stderr, "flush": True})
     timer.daemon = True
     timer.start()
     try:
@@ -265,7 +260,3 @@ def _decorate(module: Any, numba: Any, lasting: bool) -> None:
         function = getattr(item, "py_func", item)
         if getattr(function, "__module__", None) == module.__name__ and isinstance(function, types.FunctionType):
             space[name] = numba.njit(cache=lasting, no_cfunc_wrapper=True, no_cpython_wrapper=direct, **OPTIONS)(function)
-
-
-def _announce(path: Path) -> None:
-    print(f"fvkit: compiling a kernel for this combination of parts, once; kept in {path.parent}", file=sys.stderr, flush=True)

@@ -15,6 +15,7 @@ from fvkit.backends.plan import Plan
 from fvkit.backends.sweeps import FIRST, LAST
 from fvkit.problem.directions import Direction
 from fvkit.problem.model import Model
+from fvkit.problem.turned import momenta, with_momenta
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, PULLS, Parts, Scheme
 
 #: Lines that lie side by side in a tile of a sweep along y, and entries of a row of scratch.
@@ -155,20 +156,13 @@ class SweepGenerator(Generator):
         if not self.problem.model.defines("settle"):
             return new
         first = model.settle(new[:own])
-        other = list(first)
-        momenta = [phase.momentum for phase in model.phases]
-        for row, across in zip(momenta, new[own:], strict=True):
-            other[row] = across
-        second = model.settle(tuple(other))
-        return (*first, *(second[row] for row in momenta))
+        return (*first, *momenta(model, model.settle(with_momenta(model, first, new[own:]))))
 
     def judged(self, new: Any) -> Any:
         """Symbol of whether a state may be accepted."""
         own = len(self.direction.rows)
-        result, total = self.good(new[:own]), 0.0
-        for item in new[own:]:
-            total = total + item
-        return result & self.graph.node("isfinite", total) if new[own:] else result
+        result = self.good(new[:own])
+        return result & self.graph.node("isfinite", sum(new[own:], 0.0)) if new[own:] else result
 
 
 #: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.

@@ -19,13 +19,7 @@ SMALLEST = 100_000
 
 
 class ThreadedKernel(StepwiseKernel):
-    """Runs the tiles of a compiled kernel on ``threads`` threads.
-
-    Raises
-    ------
-    ValueError
-        Below the number of cells where threads pay.
-    """
+    """Runs the tiles of a compiled kernel on ``threads`` threads, and refuses fewer cells than pay for them."""
 
     name: ClassVar[str] = "numba"
 

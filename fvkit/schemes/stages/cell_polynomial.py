@@ -1,6 +1,7 @@
 """The polynomial of a cell: reconstruction of faces, the integral inside, and sources at its nodes."""
 
-from typing import Any
+from functools import reduce
+from itertools import starmap
 
 import numpy as np
 
@@ -176,11 +177,8 @@ def romberg(model, left, right, q, aux):
               (right, tuple([item.right for item in aux]))]
 
     def pieces(step):
-        total = None
-        for first, last in zip(points[:-1:step], points[step::step], strict=True):
-            jump = model.jump(first[0], last[0], first[1], last[1])
-            total = jump if total is None else add(total, jump)
-        return total
+        return reduce(add, [model.jump(first[0], last[0], first[1], last[1])
+                            for first, last in zip(points[:-1:step], points[step::step], strict=True)])
 
     return tuple([(one - 20.0 * two + 64.0 * four) * (1.0 / 45.0)
                   for one, two, four in zip(pieces(4), pieces(2), pieces(1), strict=True)])
@@ -193,12 +191,12 @@ NODES = tuple((0.5 * float(x), 0.5 * float(w)) for x, w in zip(*np.polynomial.le
 def mean_source(parts, ratio, q, aux):
     """Return minus the mean over a cell of S(y), y = q + a S(y), at Gauss nodes; ``ratio`` is a."""
     inner, bed = polynomials(parts, (*q, *aux))
-    result: Any = None
-    for node, weight in NODES:
+
+    def share(node, weight):
         state, given = tuple([item.at(node) for item in inner]), tuple([item.at(node) for item in bed])
-        rate = scale(-weight, parts.sources[0].implicit_rate(parts.model, state, given, ratio))
-        result = rate if result is None else add(result, rate)
-    return {NET: result}
+        return scale(-weight, parts.sources[0].implicit_rate(parts.model, state, given, ratio))
+
+    return {NET: reduce(add, starmap(share, NODES))}
 
 
 def net_change(parts, ratio, from_left, from_right, inside, aux):

@@ -9,9 +9,11 @@ from functools import partial, reduce
 from operator import truediv
 from typing import Any
 
+import attrs
 import numpy as np
 
 from fvkit.pointwise import TINY, combine, maximum, minimum, rarely, subtract, where
+from fvkit.pointwise.part import Wrapper
 from fvkit.problem.answers import mass_flux, wave_speeds
 from fvkit.problem.sources import acted
 from fvkit.schemes.scheme import NEW, PULLS, Read, Stage
@@ -68,11 +70,10 @@ def jumps(parts, ratio, ql, qr, auxl, auxr):
     start, free = with_across(model, before, tuple(after), bearing, around, ratio * parts.dx)
     end = acted(joint, model, start, free, bearing, aux, ratio * parts.dx)
     stops = not all(source.between_phases for source in joint)
-    low, high = wave_speeds(model, before, aux)
-    # The velocity of an absent phase is no slip.
-    slip = reduce(maximum, [where(minimum(mass, bearing[0]) > 0.0, np.abs(v - speeds[0]), 0.0)
-                            for mass, v in zip(bearing, speeds, strict=True)])
-    carries = 0.5 * maximum(high - low - slip, 0.0) * reduce(maximum, map(np.abs, speeds))
+    # The sound of the face: half the range of speeds at rest, since slip widens it, and that of a film without speeds is none.
+    momenta = {phase.momentum for phase in phases}
+    low, high = wave_speeds(model, tuple([0.0 * item if k in momenta else item for k, item in enumerate(before)]), aux)
+    carries = 0.5 * (high - low) * reduce(maximum, map(np.abs, speeds))
     for k, (masses, momentum) in enumerate(phases):
         row, still = masses[-1], before[momentum] == 0.0
         still = still & (around[k][0] == 0.0) if around else still
@@ -179,23 +180,21 @@ def on_face(model, ql, qr, auxl, auxr):
     return tuple(result), speeds
 
 
-class Restrained:
+@attrs.frozen(repr=False)
+class Restrained(Wrapper):
     """A model whose balanced difference leaves out what friction holds back at a face, since that too is equilibrium.
 
     A viscosity would else carry a depth away whose push friction has taken.
     """
 
-    def __init__(self, model, whole, net):
-        self._model, self._whole, self._net = model, whole, net
-
-    def __getattr__(self, name):
-        return getattr(self._model, name)
+    whole: Any
+    net: Any
 
     def balanced_difference(self, ql, qr, auxl, auxr):
         """Return the balanced difference of the model, of each phase as much as sources leave of its push."""
-        result = list(self._model.balanced_difference(ql, qr, auxl, auxr))
-        for masses, momentum in self._model.phases:
-            left = minimum(1.0, np.abs(self._net[momentum]) / (np.abs(self._whole[momentum]) + TINY))
+        result = list(self.part.balanced_difference(ql, qr, auxl, auxr))
+        for masses, momentum in self.part.phases:
+            left = minimum(1.0, np.abs(self.net[momentum]) / (np.abs(self.whole[momentum]) + TINY))
             for row in masses:
                 result[row] = left * result[row]
         return tuple(result)

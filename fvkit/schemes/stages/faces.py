@@ -22,14 +22,9 @@ BOTH = ("left_going", "right_going")
 
 
 def face_stages(parts: Parts, face: Mapping[str, Read], fixes: bool, waves: bool = False) -> list[Stage]:
-    """Return the stages from the Riemann problem of a face to what travels left and right.
+    """Return the stages from the Riemann problem of a face, which reads ``face``, to what travels left and right.
 
-    Parameters
-    ----------
-    parts : the parts of the scheme.
-    face : reads of ``ql``, ``qr``, ``auxl`` and ``auxr``, the states left and right of a face and the aux values there.
-    fixes : whether outer fields get the entropy fix.
-    waves : whether later stages need the waves, so that the fallback keeps them too.
+    ``fixes``: outer fields get the entropy fix; ``waves``: later stages need the waves, so that the fallback keeps them too.
     """
     model, riemann = parts.model, parts.riemann
     states = {name: face[name] for name in ("ql", "qr")}

@@ -4,6 +4,8 @@ Rows of masses hold the mass flux F of the face instead of its fluctuation: F in
 right. Both cells then see the same number, so that masses are conserved, and stay non-negative, to the last bit.
 """
 
+from functools import reduce
+
 import numpy as np
 
 from fvkit.pointwise import combine, maximum, subtract, weighted
@@ -23,9 +25,7 @@ def riemann_problem(parts, ratio, ql, qr, auxl, auxr, later=0.0):
     waves, speeds = parts.riemann.solve(model, ql, qr, auxl, auxr, Net(net, whole))
     if net is not whole:
         waves = without_held(parts.model, whole, net, waves)
-    fastest = np.abs(speeds[0])
-    for speed in speeds[1:]:
-        fastest = maximum(fastest, np.abs(speed))
+    fastest = reduce(maximum, map(np.abs, speeds))
     found = {"jump": for_cells(parts.model, ql, qr, whole, net), "waves": waves, "speeds": speeds, SPEED: fastest}
     if bearing:
         found["bearing"] = tuple([maximum(mass - later * ratio * whole[masses[-1]], 0.0)

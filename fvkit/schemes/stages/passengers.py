@@ -21,6 +21,7 @@ import numpy as np
 
 from fvkit.pointwise import TINY, combine, maximum, minimum, where
 from fvkit.problem.answers import wave_speeds
+from fvkit.problem.turned import with_momenta
 from fvkit.schemes.scheme import MASS_FLUX, MOVED, NET, Parts, Read, Stage, here
 from fvkit.schemes.stages.dry_fallback import velocities
 from fvkit.schemes.stages.positivity import window
@@ -54,15 +55,7 @@ def moved_stage(parts: Parts, made: str) -> Stage:
 
 def velocity_across(parts, ratio, q, across):
     """Return the velocity across of each phase, as faces see it."""
-    return {"velocity across": velocities_with(parts.model, q, across)}
-
-
-def velocities_with(model, q, momenta):
-    """Return the velocity of each phase with given momenta, damped where it is thin."""
-    state = list(q)
-    for phase, momentum in zip(model.phases, momenta, strict=True):
-        state[phase.momentum] = momentum
-    return tuple(velocities(model, tuple(state)))
+    return {"velocity across": tuple(velocities(parts.model, with_momenta(parts.model, q, across)))}
 
 
 def flux_across(parts, ratio, q, u, flux):

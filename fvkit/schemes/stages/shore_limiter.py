@@ -4,6 +4,8 @@ One factor in [0, 1] scales the whole polynomial, bottom included: rest, where q
 Derived here.
 """
 
+from functools import reduce
+from operator import or_
 from typing import Any
 
 import numpy as np
@@ -38,10 +40,7 @@ def rules(model, states, given, left, right, lifts):
 
 def any_applies(pairs):
     """Return whether any rule applies."""
-    result: Any = False
-    for condition, _ in pairs:
-        result = result | condition
-    return result
+    return reduce(or_, [condition for condition, _ in pairs], False)
 
 
 def allowed_share(pairs):
@@ -55,11 +54,11 @@ def allowed_share(pairs):
 def mass_ratios(model, states):
     """Return the rule for masses that differ much among the cells."""
     rows = model.mass_rows()
-    floor = RARE * largest([sum(state[row] for row in rows) for state in states])
+    floor = RARE * reduce(maximum, [sum(state[row] for row in rows) for state in states])
     result = []
     for row in rows:
         masses = [state[row] for state in states]
-        few, many = smallest(masses) + floor, largest(masses) + floor
+        few, many = reduce(minimum, masses) + floor, reduce(maximum, masses) + floor
         result.append((CONTRAST * few < many, 2.0 * CONTRAST * few / (many + TINY) - 1.0))
     return result
 
@@ -101,26 +100,10 @@ def smoothness(model, states, given):
     for a, b, c, d in zip(given, given[1:], given[2:], given[3:], strict=False):
         bend = tuple([(last - first) - 3.0 * (right - left) for first, left, right, last in zip(a, b, c, d, strict=True)])
         rough = maximum(rough, np.abs(sum(model.lift(q, bend)[row] for row in model.mass_rows())))
-    depth = smallest([sum(state[row] for row in model.mass_rows()) for state in states])
+    depth = reduce(minimum, [sum(state[row] for row in model.mass_rows()) for state in states])
     return [(2.0 * rough > depth, 2.0 - 2.0 * rough / (depth + TINY))]
 
 
 def scaled(share, deviation):
     """Return a share of a deviation; 0 for none of it, whatever it is: modes mean nothing where a cell is dry."""
     return tuple([where(share > 0.0, share * item, 0.0) for item in deviation])
-
-
-def smallest(values):
-    """Return the smallest of several values."""
-    result = values[0]
-    for value in values[1:]:
-        result = minimum(result, value)
-    return result
-
-
-def largest(values):
-    """Return the largest of several values."""
-    result = values[0]
-    for value in values[1:]:
-        result = maximum(result, value)
-    return result

@@ -59,11 +59,8 @@ def one_phase_riemann(depths: tuple[float, float], speeds: tuple[float, float], 
 
 
 def island(emerged: str = "hump") -> Scene:
-    """A lake at rest around emerged ground.
-
-    Parameters
-    ----------
-    emerged : ``"hump"``, in treads of 2 cm, so that on multiples of 100 cells none is wet in part; or ``"step"``, a block.
+    """A lake at rest around emerged ground: a ``"hump"`` in treads of 2 cm, so that on multiples of 100 cells none is wet in
+    part, or a block, ``"step"``.
     """
     def treads(x: np.ndarray) -> np.ndarray:
         return 1.2 * np.exp(-(((np.floor(50.0 * x) / 50.0 - 0.99) / 0.25) ** 2))

@@ -62,12 +62,7 @@ def internal_dam_break() -> Scene:
 
 
 def two_layer_rest(perturbed: bool = False) -> Scene:
-    """T6: two layers at rest over a bump.
-
-    Parameters
-    ----------
-    perturbed : whether the upper layer is 0.05 m thicker on 0.38 < x < 0.42.
-    """
+    """T6: two layers at rest over a bump; where ``perturbed`` the upper one is 0.05 m thicker on 0.38 < x < 0.42."""
     def flow(x: np.ndarray) -> dict[str, Any]:
         thicker = np.where(np.abs(x - 0.4) < 0.02, 0.05, 0.0) if perturbed else 0.0
         return layers(0.1 + thicker, 0.5 - _bump(x))
@@ -75,7 +70,7 @@ def two_layer_rest(perturbed: bool = False) -> Scene:
     return Scene((0.0, 1.0), t_end=10.0, g=1.0, gamma=0.9, initial=flow, bottom=_bump, boundary=Periodic(), name="two-layer-rest",
                  reference=None if perturbed else still(flow),
                  description="for TwoLayer: 0.1 m on a level interface at 0.5 m over a bump of 0.4 m, "
-                 f"{'upper layer 0.05 m thicker on 0.38 < x < 0.42' if perturbed else 'at rest for ever'}, g = 1 (seen in a "
+                 f"{'upper layer 0.05 m thicker on 0.38 < x < 0.42' if perturbed else 'at rest'}, g = 1 (seen in a "
                  "public test case)")
 
 

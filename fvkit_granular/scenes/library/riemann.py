@@ -1,4 +1,12 @@
-"""Built-in scenes, each with its reference and its provenance."""
+"""Built-in scenes, each with its reference and its provenance.
+
+Examples
+--------
+>>> import fvkit_granular as gr
+>>> scene = gr.scene("riemann")
+>>> scene.interval, scene.t_end, scene.known_reference().kind
+((-5.0, 5.0), 0.5, 'semi-exact')
+"""
 
 from functools import partial
 from typing import Any
@@ -99,12 +107,7 @@ def bump(x: np.ndarray, centre: float) -> np.ndarray:
 
 
 def perturbed_rest(eps: float = 0.01) -> Scene:
-    """T1: a small wave over a bump, LeVeque's test.
-
-    Parameters
-    ----------
-    eps : height of the perturbation of the surface on 0.1 < x < 0.2, m.
-    """
+    """T1: a small wave over a bump, LeVeque's test; its height ``eps``, m, is that of the surface on 0.1 < x < 0.2."""
     bottom = partial(bump, centre=0.5)
     flow = ShapedFlow(surface=Steps([0.1, 0.2], [1.0, 1.0 + eps, 1.0]), phi=0.6, bottom=bottom)
     return Scene((-1.0, 1.0), t_end=0.7, initial=flow, bottom=bottom, g=1.0, name="perturbed-rest",

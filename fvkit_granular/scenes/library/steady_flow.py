@@ -60,38 +60,26 @@ def profile(name: str) -> "MovingEquilibrium":
 
 
 def steady_scene(name: str) -> Scene:
-    """E6, E7: a steady flow over a bump, which stays for ever.
-
-    Parameters
-    ----------
-    name : one of ``STEADY``.
-    """
+    """E6, E7: a steady flow over a bump, one of ``STEADY``, which stays for ever."""
     flow = profile(name)
     return Scene(flow.interval, 1.0, flow.at, bottom=flow.bottom, name=name, description=STEADY[name],
-                 reference=FunctionReference("exact", "the initial state, a steady flow (3.8), for ever", at=flow.at))
+                 reference=FunctionReference("exact", "the initial state at all times, a steady flow (3.8)", at=flow.at))
 
 
 def perturbed_moving(eps: float = 1e-3) -> Scene:
     """A small wave on a steady flow with slip, the kind of test of the paper's Section 10.
 
-    Parameters
-    ----------
-    eps : height of the wave, m; 1e-2 to 1e-6 show what a scheme resolves.
+    Heights ``eps`` of the wave of 1e-2 to 1e-6 m show what a scheme resolves.
     """
     slipping = profile("moving-slip")
 
     def flow(x: np.ndarray) -> Mapping[str, Any]:
-        at = slipping.at(x)
-        return {**at, "h": at["h"] + eps * ripple(x)}
+        at, wave = slipping.at(x), np.where(np.abs(x - 2.0) < 0.5, np.cos(np.pi * (x - 2.0)) ** 2, 0.0)
+        return {**at, "h": at["h"] + eps * wave}
 
     return Scene(slipping.interval, 1.0, flow, bottom=smooth_bump, name="perturbed-moving",
                  description=f"wave of {eps:g} m on the steady flow of moving-slip (the paper's tests of this "
                  "kind have other, unknown data)")
-
-
-def ripple(x: np.ndarray) -> np.ndarray:
-    """Return the wave cos^2(pi (x - 2)) on |x - 2| < 0.5, its height 1."""
-    return np.where(np.abs(x - 2.0) < 0.5, np.cos(np.pi * (x - 2.0)) ** 2, 0.0)
 
 
 MOVING_SCENES: dict[str, Callable[[], Scene]] = {name: partial(steady_scene, name) for name in STEADY} | {

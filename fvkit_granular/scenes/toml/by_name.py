@@ -21,12 +21,7 @@ _made = lru_cache(maxsize=8)(scene)
 
 @attrs.frozen
 class OfBuiltIn:
-    """A part of a built-in scene.
-
-    Parameters
-    ----------
-    name : of the scene.
-    """
+    """A part of the built-in scene of a name."""
 
     name: str = field(choice, known=scene_names())
 
@@ -58,13 +53,7 @@ class BuiltInReference(OfBuiltIn):
     """The reference of a built-in scene, for a scene that is the same flow up to the same time or an earlier one."""
 
     def __call__(self, scene: Scene) -> Reference:
-        """Return the reference.
-
-        Raises
-        ------
-        ValueError
-            If the scene is another flow than the built-in one, whose solution says nothing about it then.
-        """
+        """Return the reference, unless the scene is another flow, of which the built-in solution says nothing."""
         given = self.check(scene)
         return given if isinstance(given, Reference) else given(scene)
 
@@ -98,13 +87,7 @@ def _states(scene: Scene, places: tuple[np.ndarray, ...]) -> np.ndarray:
 
 
 def height(scene: Scene, *places: np.ndarray) -> np.ndarray:
-    """Return the bottom of a scene at points x, or x and y, m.
-
-    Raises
-    ------
-    ValueError
-        If it is given as cell averages, which belong to one grid.
-    """
+    """Return the bottom of a scene at points x, or x and y, m; a ValueError for cell averages, which belong to one grid."""
     if not callable(scene.bottom) and np.ndim(scene.bottom):
         raise ValueError("a bottom given as cell averages belongs to one grid: give a function, a shape or a number")
     return scene.height(*places)

@@ -64,18 +64,9 @@ POINTS, MOST_OUTPUTS = 2001, 100_000
 
 
 def find_scene(text: str) -> Scene:
-    """Return a built-in scene or a sample by its name, or that of a TOML file.
+    """Return a built-in scene or a sample by its name, such as sample-torrent, or that of a file that ends in ``.toml``.
 
-    Parameters
-    ----------
-    text : name of a built-in scene or of a sample, such as sample-torrent, or path of a file that ends in ``.toml``.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name or a mistake in the file, with the key.
-    FileNotFoundError
-        Where there is no such file.
+    A ValueError for an unknown name or a mistake in the file, with the key.
     """
     return find_factory(text)()
 

@@ -23,14 +23,7 @@ class TomlError(ValueError):
 
 @attrs.frozen(eq=False)
 class Table:
-    """A table of a TOML file, with its place in the file.
-
-    Parameters
-    ----------
-    path : the file, as it was named.
-    place : of this table: names of keys, and indices in lists.
-    data : its keys and values.
-    """
+    """A table of a TOML file, named ``path``, with its place in the file: names of keys, and indices in lists."""
 
     path: Path
     place: tuple[str | int, ...] = ()
@@ -122,15 +115,7 @@ def toml_text(path: Path) -> str:
 
 
 def read_toml(path: str | Path) -> Table:
-    """Return a TOML file of at most 1 MB as a table.
-
-    Raises
-    ------
-    TomlError
-        Where it is no TOML, with the line.
-    FileNotFoundError
-        Where there is none.
-    """
+    """Return a TOML file of at most 1 MB as a table; a TomlError where it is no TOML, with the line."""
     place = validation.file(path, "path")
     text = toml_text(place)
     try:
