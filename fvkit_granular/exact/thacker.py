@@ -89,7 +89,7 @@ def thacker_basin(
 
 @frozen
 class ThackerBowl:
-    """Oscillation in a round parabolic basin, of a plane that turns round or of a paraboloid that swings.
+    """Oscillation in a round parabolic basin, of a rotating plane surface or of a paraboloid.
 
     ::
 

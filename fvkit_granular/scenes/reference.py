@@ -134,7 +134,7 @@ class SelfConverged(Reference):
 
 def still(flow: Flow, bottom: Callable[..., Any] | None = None) -> FunctionReference:
     """Return the reference of a flow at rest, a function of x, or of x and y, over ``bottom`` if it gives ``surface`` for h."""
-    return FunctionReference("exact", "the initial state for ever", at=lambda *places: flow(*places[:-1]), bottom=bottom)
+    return FunctionReference("exact", "the initial state at all times", at=lambda *places: flow(*places[:-1]), bottom=bottom)
 
 
 def one_velocity(seen: Mapping[str, Any], phi: Any) -> dict[str, Any]:

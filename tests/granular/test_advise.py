@@ -72,7 +72,7 @@ def test_predictions_are_near_what_runs_give():
         assert found["within 2"] >= 0.8
     for tol in (1e-3, 3e-3, 1e-2):
         assert decisions(rows, tol)["misses"] == 0.0
-    assert "all meant  shallow-water" in report(rows)
+    assert "in scope   shallow-water" in report(rows)
 
 
 def test_random_scenes_are_the_same_for_the_same_seed():

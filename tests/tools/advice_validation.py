@@ -201,11 +201,11 @@ def decisions(rows: Sequence[Measured], tol: float) -> dict[str, float]:
 
 
 def report(rows: Sequence[Measured]) -> str:
-    """Return the tables of `quality` and `decisions`, for all that is meant together and for every kind."""
-    groups = {"all meant": [row for row in rows if row.kind in MEANT]}
+    """Return the tables of `quality` and `decisions`, for all kinds in scope together and for every kind."""
+    groups = {"in scope": [row for row in rows if row.kind in MEANT]}
     groups |= {kind: [row for row in rows if row.kind == kind] for kind in KINDS}
     lines = [["scenes", "model", "n", "Spearman", "median I/e", "within x2", "within x3"]]
-    choices = [["scenes", "tol", "n", "right", "misses tol", "too rich"]]
+    choices = [["scenes", "tol", "n", "right", "misses tol", "too costly"]]
     for name, group in groups.items():
         if len(group) < 3:
             continue
@@ -217,7 +217,7 @@ def report(rows: Sequence[Measured]) -> str:
             d = decisions(group, tol)
             choices.append([name, f"{tol:g}", f"{len(group)}", f"{d['right']:.0%}", f"{d['misses']:.1%}", f"{d['rich']:.0%}"])
     note = (f"predicted over measured, I/e, for errors above {LEAST:g} that half as many cells change by less than "
-            f"{SETTLED:.0%};\nkinds not meant: {', '.join(BEYOND)}")
+            f"{SETTLED:.0%};\nkinds out of scope: {', '.join(BEYOND)}")
     return f"{table(lines)}\n\ndecisions with doubled indicators\n\n{table(choices)}\n\n{note}"
 
 

@@ -70,7 +70,7 @@ def two_layer_rest(perturbed: bool = False) -> Scene:
     return Scene((0.0, 1.0), t_end=10.0, g=1.0, gamma=0.9, initial=flow, bottom=_bump, boundary=Periodic(), name="two-layer-rest",
                  reference=None if perturbed else still(flow),
                  description="for TwoLayer: 0.1 m on a level interface at 0.5 m over a bump of 0.4 m, "
-                 f"{'upper layer 0.05 m thicker on 0.38 < x < 0.42' if perturbed else 'at rest for ever'}, g = 1 (seen in a "
+                 f"{'upper layer 0.05 m thicker on 0.38 < x < 0.42' if perturbed else 'at rest'}, g = 1 (seen in a "
                  "public test case)")
 
 

@@ -30,11 +30,11 @@ def _followed(solved: Any, half: float, t_end: float, detail: str, **settings: A
 
 
 def thacker(motion: str) -> Scene:
-    """A plane that turns round, or a paraboloid that swings, in a round parabolic basin, for one period."""
+    """A rotating plane surface, or an oscillating paraboloid, in a round parabolic basin, for one period."""
     from fvkit_granular import exact
 
     solved = exact.ThackerBowl(motion, h0=0.08)
-    what = "plane that turns round" if motion == "rotating" else "paraboloid that swings"
+    what = "rotating plane surface" if motion == "rotating" else "oscillating paraboloid"
     return _followed(solved, 2.0, solved.period, f"Thacker's {what}: exact for uniform phi and one velocity",
                      bottom=solved.bottom, name=f"thacker-{motion}",
                      description=f"{what} in a round parabolic basin, one period, a moving shore (Thacker 1981)")
@@ -64,7 +64,7 @@ def two_phase_vortex() -> Scene:
     solved = exact.TwoPhaseVortex()
     return Scene(((-6.0, -6.0), (6.0, 6.0)), 0.5, solved.at, bottom=solved.bottom, boundary=Periodic(), g=solved.g,
                  gamma=solved.gamma, name="two-phase-vortex",
-                 reference=FunctionReference("exact", "the initial state for ever: each phase turns by its own push",
+                 reference=FunctionReference("exact", "the initial state at all times: each phase is in balance on its own",
                                              at=solved.at),
                  description="steady vortex of two phases with slip, over a hump of 5 cm, of the full model (derived here)")
 

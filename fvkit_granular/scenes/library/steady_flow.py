@@ -63,7 +63,7 @@ def steady_scene(name: str) -> Scene:
     """E6, E7: a steady flow over a bump, one of ``STEADY``, which stays for ever."""
     flow = profile(name)
     return Scene(flow.interval, 1.0, flow.at, bottom=flow.bottom, name=name, description=STEADY[name],
-                 reference=FunctionReference("exact", "the initial state, a steady flow (3.8), for ever", at=flow.at))
+                 reference=FunctionReference("exact", "the initial state at all times, a steady flow (3.8)", at=flow.at))
 
 
 def perturbed_moving(eps: float = 1e-3) -> Scene:
