@@ -12,6 +12,9 @@ from fvkit_granular.models.wet_dry import TINY, carried_over, wall_share
 #: relative to the relaxation speeds.
 CLOSE = 0.2
 
+#: Least distance of the contact from the outer waves, relative to the relaxation speeds: less is rounding.
+LEAST = 1e-12
+
 
 @attrs.frozen
 class Relaxation(RiemannSolver):
@@ -86,7 +89,13 @@ def phase_waves(hl, vl, hr, vr, push, taken, al, ar, step, g):
     contact = where(opened < 0.5, minimum(maximum(-TINY * np.sign(step.db), s1), s3), contact)
     inside = hl + hr > 0.0
     return ((where(inside, s1, 0.0), where(inside, contact, 0.0), where(inside, s3, 0.0)),
-            ((cl / (starl - s1 + TINY), starl), (cr / (s3 - starr + TINY), starr)), (cl, cr))
+            ((cl / beyond_rounding(starl - vl, speedl), starl), (cr / beyond_rounding(vr - starr, speedr), starr)), (cl, cr))
+
+
+def beyond_rounding(change, speed):
+    """Return v* - s1 of the ``change`` v* - vl and ``speed`` = vl - s1: in a film 1e16 times as fast as its waves both velocities
+    are one number, and their difference is 0."""
+    return maximum(speed + change, LEAST * speed) + TINY
 
 
 def mass_and_momentum(hl, vl, hr, vr, al, ar, step, g, whole, jump):

@@ -25,6 +25,12 @@ MENDED = {
     "pitman-le, solid with little fluid": ("pitman-le", "hll", 2, 38),
 }
 
+#: The same on a plane, with the setting: what parts from a wall is there again at the next step, brought by the sweep along it.
+MENDED_ON_A_PLANE = {
+    "film beside a hydrograph": ("two-phase", "roe", 1, 97, "bare"),
+    "upper layer at a wall, fast": ("two-layer", "rusanov", 2, 412, "bare"),
+}
+
 #: Thin films, the last of 1e-27 m, where a last digit decides what the product does. A face that is computed twice, at both ends of a ring,
 #: had two fluxes there, since the compiler contracted products in vectors and not behind them: up to 1.6e-7 of a mass was lost.
 TWO_FLUXES = (9113, 10457, 11346, 12018)
@@ -56,6 +62,15 @@ def test_what_was_mended_finishes(name, monkeypatch):
     found = run_random(model, riemann, order, 1, index, 1)
     assert found["odd"] == []
     assert found["shares"][0] <= 1.0
+
+
+@pytest.mark.parametrize("name", MENDED_ON_A_PLANE)
+def test_what_was_mended_on_a_plane_finishes_without_a_small_step(name, monkeypatch):
+    monkeypatch.setenv("FVKIT_BACKEND", "auto")
+    *which, index, setting = MENDED_ON_A_PLANE[name]
+    found = run_random(*which, 1, index, 1, setting)
+    assert found["odd"] == []
+    assert found["ratios"][0] < 2.0
 
 
 def test_a_thin_film_on_a_slope_ends_the_method_of_lines_by_name(monkeypatch):

@@ -52,7 +52,7 @@ def test_an_inflow_states_momenta_along_both_axes():
 
 
 @pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("riemann", [fv.Roe(), gr.Relaxation()])
+@pytest.mark.parametrize("riemann", [fv.Roe(), fv.HLL(), fv.Rusanov(), gr.Relaxation()])
 def test_a_jet_that_spreads_along_its_wall_is_no_faster_than_a_dam_break(riemann, order):
     """What parts from the wall faster than sound left its momentum behind with Roe, and the sweep along the wall brought more."""
     model, h, v, grid = gr.TwoPhase(), 4.6, 7.2, fv.Grid((0.0, 0.0), (1.0, 1.0), (14, 10))

@@ -56,8 +56,8 @@ def nearly_dry(parts, ql, qr, auxl, auxr):
 
 
 def sees_separation(parts):
-    """Whether a phase that parts too fast needs the fallback, see `SEPARATING`; HLL and Rusanov spread enough by themselves."""
-    return parts.reconstruction is not None or (parts.across > 0 and parts.riemann.eigenvectors)
+    """Whether a phase that parts too fast needs the fallback, see `SEPARATING`."""
+    return parts.reconstruction is not None or parts.across > 0
 
 
 def separations(model, ql, qr, auxl, auxr):
