@@ -56,7 +56,7 @@ class Hydrograph(Continued):
 
     The mass fluxes through the end are exactly phi(t) Q(t) and (1 - phi(t)) Q(t), independent of the Riemann solver. The depth
     of the ghost cells, which determines the momentum, is that of the first cell, at least the critical depth (Q^2/g)^(1/3),
-    or ``depth`` if given. Solid and fluid enter with the same velocity. Time steps end at the entries, so that no rise is
+    at most ``depth`` if given. Solid and fluid enter with the same velocity. Time steps end at the entries, so that no rise is
     skipped.
 
     Parameters
@@ -64,7 +64,8 @@ class Hydrograph(Continued):
     times : times of the entries, s, ascending; values are constant before the first and after the last entry.
     discharge : discharge per width, m^2/s, >= 0 (inflow at either end): one value per time, or one for all.
     phi : solid fraction of the inflow, in [0, 1]: one value per time, or one for all.
-    depth : depth of the inflow, m, needed for supercritical inflow: one value per time, or one for all; None for the rule above.
+    depth : depth of the inflow, m, needed for supercritical inflow: one value per time, or one for all. Subcritical inflow has
+        it only as far as the flow inside backs it up; None for the rule above without it.
     slope : fall of the bottom per metre beyond the end, outwards, positive where it falls; None for that of the last two cells.
 
     Notes
@@ -136,14 +137,15 @@ class Hydrograph(Continued):
     def values(self, model: Any, t: float) -> tuple[float, ...]:
         discharge, phi = self.at(t)
         masses, momenta = of_flow(model, self, 1.0, phi)
-        least = at_time(t, self.times, self.depth) if self.depth is not None else \
-            critical_depth(discharge, gravity(model, self.ground[0] if self.ground else 0.0))
+        critical = critical_depth(discharge, gravity(model, self.ground[0] if self.ground else 0.0))
+        most = np.inf if self.depth is None else at_time(t, self.times, self.depth)
         entering = discharge * self.inward
         moving, fluxes = [entering * value for value in momenta], [entering * masses[row] for row in model.mass_rows()]
-        return (least, 1.0 if self.depth is None else 0.0, *masses, *moving, *fluxes, *self.ground)
+        return (min(critical, most), most, *masses, *moving, *fluxes, *self.ground)
 
     def ghost(self, model, q, values):
-        h, rows = maximum(values[0], values[1] * model.depth(q)), len(q)
+        # Only a flow faster than its waves has its depth from upstream: deeper water than that inside would push it to a jet.
+        h, rows = maximum(values[0], minimum(values[1], model.depth(q))), len(q)
         flow = combine(h, values[2:2 + rows], 1.0, values[2 + rows:2 + 2 * rows])
         return beyond(self, model, flow, values)
 

@@ -93,6 +93,20 @@ def test_a_given_depth_lets_a_flow_in_that_is_faster_than_its_waves(backend):
     np.testing.assert_allclose(fv.solve(problem, backend=backend).q[-1], problem.q0, atol=1e-12)
 
 
+@pytest.mark.parametrize("slope", [0.0, 0.05])
+@pytest.mark.parametrize("h", [0.0, 0.2])
+def test_a_given_depth_that_the_flow_inside_lacks_pushes_no_jet(h, slope, backend):
+    """1 m^2/s at a stage of 2 m has 0.5 m/s; onto dry or shallow ground it goes over its critical depth, not under 2 m of water."""
+    def run(depth):
+        scene = mild_scene((0.0, 50.0), 6.0, lambda x: {"h": h + 0.0 * x, "phi": 0.3}, bottom=lambda x: -slope * x,
+                           boundary=(gr.Hydrograph(0.0, 1.0, 0.3, depth=depth), fv.Outflow()), sources=gr.Manning(0.03))
+        return fv.solve(scene.problem(gr.TwoPhase, 25), backend=backend)
+
+    staged, free = run(2.0), run(None)
+    np.testing.assert_array_equal(staged.q[-1], free.q[-1])
+    assert staged.observables()["v"].max() < 4.0
+
+
 @pytest.mark.parametrize("model", [gr.TwoPhase, gr.ShallowWater, gr.Reduced], ids=lambda kind: kind.__name__)
 def test_a_stage_keeps_a_lake_of_its_level_and_lets_a_higher_one_off(model, backend):
     def lake(level):
