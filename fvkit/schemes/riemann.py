@@ -170,7 +170,7 @@ class HLL(RiemannSolver):
     numerical viscosity acts on: 0 at rest, in uniform flow down a slope, and where all waves run one way (Froude numbers above
     1.5), which need none. A conservation law has D = qr - ql, A^ D = J and K = 0: the usual HLL. If s1 = s2 the whole jump is
     assigned to that single speed. K- is P K for two equations; for more a square term in A^ gives the waves between the bounds
-    their direction: see `left_going`.
+    their direction.
 
     Notes
     -----

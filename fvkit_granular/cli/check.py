@@ -49,7 +49,7 @@ def _check(options: argparse.Namespace) -> int:
     if scene.release is not None:
         print(scene.release)
     slope = within_reach(problem, scene.g)
-    print(f"{public_name(problem.model)}: {said_of(slope, problem.model)}, where the flow may come")
+    print(f"{public_name(problem.model)}: {said_of(slope, problem.model)}; ground that the flow may reach")
     for source in problem.sources:
         print(f"source: {type(source).__name__}" + (f" in {len(cells)} cells" if (cells := source.acts_in()) is not None else "")
               + _brought(source, scene))
