@@ -121,19 +121,23 @@ def viscous(model, ql, qr, auxl, auxr, jump):
     return Viscous(s1, s2, inverse, both_ways, result, model.matrix_product(ql, qr, auxl, auxr, tuple(result)))
 
 
-def left_going(model, ql, qr, auxl, auxr, face, jump):
-    """Return the part of a jump that travels left: (1 - sgn A^)/2 of it with a polynomial of A^ for the sign.
+def directed(model, ql, qr, auxl, auxr, face, rest):
+    """Return K - 2 f (A^ - s1) K/(s2 - s1); P of it, (1 - sgn A^) K/2 with a polynomial for the sign, is what travels left of K.
 
-    It is exact for waves at the bounds. With more waves its square term gives the sign 0 to standing ones, and so a direction to
-    those in the middle of the bounds, which would else be differenced centrally and grow. Derived here.
+    It is exact for waves at the bounds; those are all that two equations have, and there it is K. Waves between the bounds would
+    be differenced centrally, and grow: the square term gives the sign 0 to standing ones, and the others a direction. Derived here.
     """
-    part = scale(face.inverse, jump)
-    left = combine(face.s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
-    if len(left) <= 2:
-        return left
+    if len(rest) <= 2:
+        return rest
     middle = (face.s1 + face.s2) * face.inverse
     tilt = maximum(minimum(middle * (1.0 + 1.5 * middle * middle), 1.0), -1.0) * (2.0 * face.inverse)
-    return combine(1.0 + tilt * face.s1, left, -tilt, model.matrix_product(ql, qr, auxl, auxr, left))
+    return combine(1.0 + tilt * face.s1, rest, -tilt, model.matrix_product(ql, qr, auxl, auxr, rest))
+
+
+def slower(model, ql, qr, auxl, auxr, face, change):
+    """Return P q = (s2 - A^) q/(s2 - s1), the part of q at the slower bound."""
+    part = scale(face.inverse, change)
+    return combine(face.s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
 
 
 @attrs.frozen
@@ -192,13 +196,12 @@ class HLL(RiemannSolver):
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
         face = viscous(model, ql, qr, auxl, auxr, jump)
-        share, both = face.s1 * face.inverse, face.both_ways
         if face.moved is jump:
+            share = face.s1 * face.inverse
             first = combine(share * face.s2, face.difference, where(face.inverse > 0.0, -share, 0.5), jump)
         else:
-            rest = combine(1.0, jump, -both, face.moved)
-            first = add(combine(both * share * face.s2, face.difference, -both * share, face.moved),
-                        left_going(model, ql, qr, auxl, auxr, face, rest))
+            rest = directed(model, ql, qr, auxl, auxr, face, combine(1.0, jump, -face.both_ways, face.moved))
+            first = slower(model, ql, qr, auxl, auxr, face, combine(face.both_ways * face.s1, face.difference, 1.0, rest))
         return (first, subtract(jump, first)), (face.s1, face.s2)
 
 
@@ -229,7 +232,7 @@ class Rusanov(RiemannSolver):
         else:
             both, half = face.both_ways, 0.5 * face.both_ways
             rest = combine(1.0, jump, -both, face.moved)
-            left = left_going(model, ql, qr, auxl, auxr, face, rest)
+            left = slower(model, ql, qr, auxl, auxr, face, directed(model, ql, qr, auxl, auxr, face, rest))
             left = combine(both, left, where(face.s2 < 0.0, 1.0 - both, 0.0), rest)
             first = add(combine(half, face.moved, -half * s, face.difference), left)
         return (first, subtract(jump, first)), (-s, s)
