@@ -124,8 +124,8 @@ def viscous(model, ql, qr, auxl, auxr, jump):
 def directed(model, ql, qr, auxl, auxr, face, rest):
     """Return K - 2 f (A^ - s1) K/(s2 - s1); P of it, (1 - sgn A^) K/2 with a polynomial for the sign, is what travels left of K.
 
-    It is exact for waves at the bounds; those are all that two equations have, and there it is K. Waves between the bounds would
-    be differenced centrally, and grow: the square term gives the sign 0 to standing ones, and the others a direction. Derived here.
+    It is exact for waves at the bounds, and K for two equations, which have no others. Waves between the bounds would be split
+    centrally, and grow: the square term gives the sign 0 to standing ones, and the others a direction. Derived here.
     """
     if len(rest) <= 2:
         return rest
