@@ -124,11 +124,10 @@ def viscous(model, ql, qr, auxl, auxr, jump):
 def directed(model, ql, qr, auxl, auxr, face, rest):
     """Return K - 2 f (A^ - s1) K/(s2 - s1); P of it, (1 - sgn A^) K/2 with a polynomial for the sign, is what travels left of K.
 
-    It is exact for waves at the bounds, and K for two equations, which have no others. Waves between the bounds would be split
-    centrally, and grow: the square term gives the sign 0 to standing ones, and the others a direction. Derived here.
+    It is exact for waves at the bounds. Those between them would be split centrally, and grow: the square term gives the sign 0
+    to standing ones, and the others a direction. Two equations have none, but the same waves as mixtures of one velocity, and
+    get the same numbers. Derived here.
     """
-    if len(rest) <= 2:
-        return rest
     middle = (face.s1 + face.s2) * face.inverse
     tilt = maximum(minimum(middle * (1.0 + 1.5 * middle * middle), 1.0), -1.0) * (2.0 * face.inverse)
     return combine(1.0 + tilt * face.s1, rest, -tilt, model.matrix_product(ql, qr, auxl, auxr, rest))
@@ -173,8 +172,7 @@ class HLL(RiemannSolver):
     where J is the total path-conservative jump, A^ the Roe-mean matrix (``matrix_product``) and D the difference that the
     numerical viscosity acts on: 0 at rest, in uniform flow down a slope, and where all waves run one way (Froude numbers above
     1.5), which need none. A conservation law has D = qr - ql, A^ D = J and K = 0: the usual HLL. If s1 = s2 the whole jump is
-    assigned to that single speed. K- is P K for two equations; for more a square term in A^ gives the waves between the bounds
-    their direction.
+    assigned to that single speed. K- is P K and a square term in A^, which gives the waves between the bounds their direction.
 
     Notes
     -----

@@ -132,6 +132,8 @@ def _geojson(path: Path) -> Given:
         read = json.loads(text)
     except json.JSONDecodeError as error:
         raise ValueError(f"{path}, line {error.lineno}: this is no JSON, or the file ends too early: {error.msg}") from None
+    except ValueError:  # an integer of more digits than Python reads
+        raise ValueError(f"{path}: a number has thousands of digits; coordinates and attributes have a few") from None
     except RecursionError:
         raise ValueError(f"{path}: lists are nested too deeply for GeoJSON") from None
     return _collection(read, str(path))

@@ -53,7 +53,7 @@ OPTIONS = {
 }
 
 #: Arguments that are no options.
-PLACES = {**{(command, "SCENE"): ((command,), FILES) for command in ("run", "compare", "advise", "convergence", "stress", "check")},
+PLACES = {**{(command, "SCENE"): ((command,), FILES) for command in ("run", "compare", "advise", "convergence", "stress", "check", "scenes")},
           ("sweep", "FILE"): (("sweep",), FILES)}
 
 #: Whole lines, and words of the message.

@@ -162,6 +162,7 @@ FAULTS = {
     "terrain not a number": ("dem.asc", dem().replace("530", "nan", 1), "dem.asc|terrain"),
     "terrain in another CRS": ("dem.prj", "EPSG:32633", "release.*CRS"),
     "no release": ("release.geojson", None, "release.*there is no file release.geojson"),
+    "release of 5000 digits": ("release.geojson", '{"type": "FeatureCollection", "features": [' + 5000 * "9" + "]}", "release.geojson.*digits"),
     "release truncated": ("release.geojson", collection()[:120], "release.geojson.*(ends too early|damaged|JSON)"),
     "release in kilometres": ("release.geojson", collection([[0.001 * x, 0.001 * y] for x, y in RING]), "these look like kilometres"),
     "release with swapped axes": ("release.geojson", collection([[y, x] for x, y in RING]), "x and y exchanged"),
