@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from fvkit import validation
-from fvkit.pointwise import TINY, add, combine, least, maximum, minimum, scale, subtract, where
+from fvkit.pointwise import TINY, add, combine, least, maximum, scale, subtract, where
 from fvkit.pointwise.part import Part, optional
 from fvkit.problem.answers import face_speeds, mass_flux
 from fvkit.problem.model import Model
@@ -124,12 +124,13 @@ def viscous(model, ql, qr, auxl, auxr, jump):
 def directed(model, ql, qr, auxl, auxr, face, rest):
     """Return K - 2 f (A^ - s1) K/(s2 - s1); P of it, (1 - sgn A^) K/2 with a polynomial for the sign, is what travels left of K.
 
-    It is exact for waves at the bounds. Those between them would be split centrally, and grow: the square term gives the sign 0
-    to standing ones, and the others a direction. Two equations have none, but the same waves as mixtures of one velocity, and
-    get the same numbers. Derived here.
+    It is exact for waves at the bounds. Those between them would be split centrally, and grow: the square term, with
+    f = m (1 - m^4) of m = (s1 + s2)/(s2 - s1), gives them a direction. Two equations have none, but the same waves as mixtures of
+    one velocity, and get the same numbers. Derived here.
     """
     middle = (face.s1 + face.s2) * face.inverse
-    tilt = maximum(minimum(middle * (1.0 + 1.5 * middle * middle), 1.0), -1.0) * (2.0 * face.inverse)
+    squared = middle * middle
+    tilt = middle * maximum(1.0 - squared * squared, 0.0) * (2.0 * face.inverse)
     return combine(1.0 + tilt * face.s1, rest, -tilt, model.matrix_product(ql, qr, auxl, auxr, rest))
 
 

@@ -320,9 +320,8 @@ def test_steady_flow_faster_than_its_waves_settles(riemann, slope, bump, frictio
     assert change.max() < 1e-12
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize(("model", "riemann"), [(gr.Reduced(g=G), fv.HLL()), (gr.Reduced(g=G), fv.Rusanov()), (gr.TwoPhase(g=G), fv.HLL())],
-                         ids=kind_of)
+@pytest.mark.parametrize(("model", "order"), [(gr.Reduced(g=G), 1), (gr.Reduced(g=G), 2), (gr.TwoPhase(g=G), 2)], ids=["Reduced-1", "Reduced-2", "TwoPhase-2"])
+@pytest.mark.parametrize("riemann", [fv.HLL(), fv.Rusanov()], ids=kind_of)
 def test_rivers_of_mixtures_settle_over_a_bump(model, riemann, order):
     """Between the bounds of the speeds run contacts and inner waves: differenced centrally where the bottom explains the depths, they grew."""
     pytest.importorskip("numba")
