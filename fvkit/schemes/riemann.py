@@ -90,26 +90,30 @@ LEAST_GAP = 1e-300
 ONE_WAY = 3.0
 
 
-class Viscous(NamedTuple):
-    """Bounds of the speeds of a face, 1/(s2 - s1), 0 where they are equal, how far waves run ``both_ways`` (0 to 1), D, A^ D."""
+class FaceDifference(NamedTuple):
+    """Difference D of a face on which a viscosity acts, and A^ D, None for a conservation law, where it is J.
+
+    With the bounds s1 <= s2 of the speeds, 1/(s2 - s1), 0 where they are equal, and the share of D that counts: 1 where waves run
+    both ways, 0 where all run one way.
+    """
 
     s1: Any
     s2: Any
     inverse: Any
-    both_ways: Any
+    share: Any
     difference: Any
-    moved: Any
+    product: Any
 
 
-def viscous(model, ql, qr, auxl, auxr, jump):
-    """Return what the viscosity of `HLL` and `Rusanov` acts on at a face; a conservation law has A^ D = J."""
+def face_difference(model, ql, qr, auxl, auxr):
+    """Return the `FaceDifference` of `HLL` and `Rusanov`."""
     s1, s2 = face_speeds(model, ql, qr, auxl, auxr)
     gap = s2 - s1
     opened = gap > maximum(NARROW * maximum(np.abs(s1), np.abs(s2)), LEAST_GAP)
     inverse = where(opened, 1.0 / where(opened, gap, 1.0), 0.0)
     change = model.difference(ql, qr, auxl, auxr)
     if not model.defines("jump"):
-        return Viscous(s1, s2, inverse, 1.0, change, jump)
+        return FaceDifference(s1, s2, inverse, 1.0, change, None)
     result = list(least(change, model.balanced_difference(ql, qr, auxl, auxr)))
     fluxl, fluxr = mass_flux(model, ql), mass_flux(model, qr)
     for masses, momentum in model.phases:
@@ -117,24 +121,24 @@ def viscous(model, ql, qr, auxl, auxr, jump):
         v = (fluxl[row] + fluxr[row]) / (ql[row] + qr[row] + TINY)
         result[momentum] = change[momentum] + v * (result[row] - change[row])
     # Steady flow that is faster than its waves has a D, but no jump: a viscosity on D would never let it settle.
-    both_ways = maximum(1.0 - ONE_WAY * maximum((s1 * inverse) * (s2 * inverse), 0.0), 0.0)
-    return Viscous(s1, s2, inverse, both_ways, result, model.matrix_product(ql, qr, auxl, auxr, tuple(result)))
+    share = maximum(1.0 - ONE_WAY * maximum((s1 * inverse) * (s2 * inverse), 0.0), 0.0)
+    return FaceDifference(s1, s2, inverse, share, result, model.matrix_product(ql, qr, auxl, auxr, tuple(result)))
 
 
-def directed(model, ql, qr, auxl, auxr, face, rest):
-    """Return K - 2 f (A^ - s1) K/(s2 - s1); P of it, (1 - sgn A^) K/2 with a polynomial for the sign, is what travels left of K.
+def with_square_term(model, ql, qr, auxl, auxr, face, rest):
+    """Return K - 2 f (A^ - s1) K/(s2 - s1), whose part at the slower bound is what travels left of K.
 
-    It is exact for waves at the bounds. Those between them would be split centrally, and grow: the square term, with
-    f = m (1 - m^4) of m = (s1 + s2)/(s2 - s1), gives them a direction. Two equations have none, but the same waves as mixtures of
-    one velocity, and get the same numbers. Derived here.
+    That is (1 - sgn A^) K/2 with a polynomial for the sign, exact for waves at the bounds. Waves between them would be split
+    centrally, and grow: the square term, with f = m (1 - m^4) of m = (s1 + s2)/(s2 - s1), gives them a direction. Two equations
+    have none, but the same waves as mixtures of one velocity, and get the same numbers. Derived here.
     """
-    middle = (face.s1 + face.s2) * face.inverse
-    squared = middle * middle
-    tilt = middle * maximum(1.0 - squared * squared, 0.0) * (2.0 * face.inverse)
-    return combine(1.0 + tilt * face.s1, rest, -tilt, model.matrix_product(ql, qr, auxl, auxr, rest))
+    mean = (face.s1 + face.s2) * face.inverse
+    squared = mean * mean
+    weight = mean * maximum(1.0 - squared * squared, 0.0) * (2.0 * face.inverse)
+    return combine(1.0 + weight * face.s1, rest, -weight, model.matrix_product(ql, qr, auxl, auxr, rest))
 
 
-def slower(model, ql, qr, auxl, auxr, face, change):
+def at_slower_bound(model, ql, qr, auxl, auxr, face, change):
     """Return P q = (s2 - A^) q/(s2 - s1), the part of q at the slower bound."""
     part = scale(face.inverse, change)
     return combine(face.s2, part, -1.0, model.matrix_product(ql, qr, auxl, auxr, part))
@@ -194,13 +198,13 @@ class HLL(RiemannSolver):
     bounds: ClassVar[bool] = True
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        face = viscous(model, ql, qr, auxl, auxr, jump)
-        if face.moved is jump:
-            share = face.s1 * face.inverse
-            first = combine(share * face.s2, face.difference, where(face.inverse > 0.0, -share, 0.5), jump)
+        face = face_difference(model, ql, qr, auxl, auxr)
+        if face.product is None:
+            ratio = face.s1 * face.inverse
+            first = combine(ratio * face.s2, face.difference, where(face.inverse > 0.0, -ratio, 0.5), jump)
         else:
-            rest = directed(model, ql, qr, auxl, auxr, face, combine(1.0, jump, -face.both_ways, face.moved))
-            first = slower(model, ql, qr, auxl, auxr, face, combine(face.both_ways * face.s1, face.difference, 1.0, rest))
+            rest = with_square_term(model, ql, qr, auxl, auxr, face, combine(1.0, jump, -face.share, face.product))
+            first = at_slower_bound(model, ql, qr, auxl, auxr, face, combine(face.share * face.s1, face.difference, 1.0, rest))
         return (first, subtract(jump, first)), (face.s1, face.s2)
 
 
@@ -224,16 +228,16 @@ class Rusanov(RiemannSolver):
     bounds: ClassVar[bool] = True
 
     def solve(self, model, ql, qr, auxl, auxr, jump):
-        face = viscous(model, ql, qr, auxl, auxr, jump)
+        face = face_difference(model, ql, qr, auxl, auxr)
         s = maximum(np.abs(face.s1), np.abs(face.s2))
-        if face.moved is jump:
+        if face.product is None:
             first = combine(0.5, jump, -0.5 * s, face.difference)
         else:
-            both, half = face.both_ways, 0.5 * face.both_ways
-            rest = combine(1.0, jump, -both, face.moved)
-            left = slower(model, ql, qr, auxl, auxr, face, directed(model, ql, qr, auxl, auxr, face, rest))
-            left = combine(both, left, where(face.s2 < 0.0, 1.0 - both, 0.0), rest)
-            first = add(combine(half, face.moved, -half * s, face.difference), left)
+            half = 0.5 * face.share
+            rest = combine(1.0, jump, -face.share, face.product)
+            left = at_slower_bound(model, ql, qr, auxl, auxr, face, with_square_term(model, ql, qr, auxl, auxr, face, rest))
+            left = combine(face.share, left, where(face.s2 < 0.0, 1.0 - face.share, 0.0), rest)
+            first = add(combine(half, face.product, -half * s, face.difference), left)
         return (first, subtract(jump, first)), (-s, s)
 
 

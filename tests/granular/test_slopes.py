@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 import fvkit as fv
 import fvkit_granular as gr
 from fvkit.backends.compiled.numba_kernel import available
+from tests.benchmarks.steady_flow import BEFORE_STEP, STEP_DISCHARGE, over_a_step, river
 
 #: These tests are about the equations for mild slopes, whatever the ground.
 mild_scene = partial(gr.Scene, slope="mild")
@@ -171,9 +172,8 @@ def test_roughness_without_bound_stops_water(source, riemann):
 @pytest.mark.parametrize("riemann", SOLVERS[:2], ids=kind_of)
 def test_a_dam_break_over_a_step_has_its_discharge(riemann, model):
     """SWASHES 7.1.1: 4.678 m^2/s, exact by Bernoulli's theorem."""
-    scene = mild_scene((-10.0, 10.0), 1.0, lambda x: {"h": np.where(x < 0, 4.0, 1.0), "phi": 0.5}, bottom=lambda x: np.where(x < 0, 0.0, 1.0))
-    seen = fv.solve(scene.problem(model, 400), scheme(riemann)).observables()
-    assert seen["h"][194] * seen["v"][194] == pytest.approx(4.678, rel=1e-3)
+    seen = over_a_step(model, scheme(riemann))
+    assert seen["h"][BEFORE_STEP] * seen["v"][BEFORE_STEP] == pytest.approx(STEP_DISCHARGE, rel=1e-3)
     head = seen["v"] ** 2 / (2.0 * G) + seen["surface"]
     assert head[212] - head[188] == pytest.approx(0.0, abs=1e-3)
 
@@ -325,10 +325,4 @@ def test_steady_flow_faster_than_its_waves_settles(riemann, slope, bump, frictio
 def test_rivers_of_mixtures_settle_over_a_bump(model, riemann, order):
     """Between the bounds of the speeds run contacts and inner waves: differenced centrally where the bottom explains the depths, they grew."""
     pytest.importorskip("numba")
-    state = model.conserved_from(2.0, 0.4, 1.5, 1.5)
-    sources = (gr.Manning(0.03), *((gr.ConstantDrag(1.0),) if len(model.phases) > 1 else ()))
-    problem = fv.Problem(model, fv.Grid(0.0, 800.0, 160), lambda x: [0.0 * x + value for value in state], 2000.0,
-                         {"b": lambda x: 0.3 * np.exp(-((x - 400.0) / 80.0) ** 2) - 0.002 * x},
-                         (gr.Hydrograph([0.0], [3.0], [0.4]), fv.Outflow()), sources)
-    late = fv.solve(problem, fv.WavePropagation(riemann, order=order), times=np.linspace(1900.0, 2000.0, 11)).q
-    assert np.ptp(late[1:], axis=0).max() < 1e-4
+    assert river(model, fv.WavePropagation(riemann, order=order)) < 1e-4

@@ -18,7 +18,7 @@ FAULTS = (
     Fault("fvkit/schemes/limiters.py", "minimum(2.0, theta)", "minimum(3.0, theta)", "tests/core/test_limiters.py::test_the_limiter_has_its_exact_value"),
     Fault("fvkit/schemes/reconstruction.py", "47.0 * c", "46.0 * c", "tests/core/test_reconstruction.py::test_mp5_is_the_median_of_fifth_order_and_its_bounds"),
     Fault("fvkit/schemes/riemann.py", "-0.5 * s", "0.5 * s", f"{_RIEMANN}::test_hll_and_rusanov_have_their_values_for_burgers"),
-    Fault("fvkit/schemes/riemann.py", "combine(share * face.s2", "combine(share * face.s1", f"{_RIEMANN}::test_hll_and_rusanov_have_their_values_for_burgers"),
+    Fault("fvkit/schemes/riemann.py", "combine(ratio * face.s2", "combine(ratio * face.s1", f"{_RIEMANN}::test_hll_and_rusanov_have_their_values_for_burgers"),
     Fault("fvkit_granular/sources/drag_laws.py", "2.0**-53", "2.0**53", "tests/granular/test_drag.py::test_endless_drag_takes_all_slip_and_no_momentum"),
     Fault("fvkit_granular/sources/friction_laws.py", "drive - strong * u * u", "drive + strong * u * u",
           "tests/granular/test_friction.py::test_every_law_tends_to_the_answer_of_an_ode_solver"),
