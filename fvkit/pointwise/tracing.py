@@ -47,6 +47,13 @@ class Graph:
         return _FUNCTIONS[name](self, *(_value(value) for value in values))
 
 
+def chosen_among(item: Any) -> dict[int, Any]:
+    """Return the nodes, by index, of which the largest or smallest sizes make a node."""
+    if isinstance(item, Expr) and item.operation in ("maximum", "minimum", "abs", "neg"):
+        return {index: node for argument in item.arguments for index, node in chosen_among(argument).items()}
+    return {item.index: item} if isinstance(item, Expr) else {}
+
+
 def keeping_nan(item: Any) -> Any:
     """Return a value that is NaN wherever one of those among which it was chosen is."""
     if not isinstance(item, Expr) or item.operation not in ("maximum", "minimum", "abs", "neg"):

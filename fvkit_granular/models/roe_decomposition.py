@@ -1,11 +1,11 @@
 """`PressureCoupled`: two masses coupled by pressure alone, with their Roe linearisation."""
 
-from abc import ABC
+from abc import ABC, abstractmethod
 
 import attrs
 import numpy as np
 
-from fvkit import where
+from fvkit import maximum, minimum, where
 from fvkit_granular.models.spectrum import quartic_discriminant, shifted_roots
 from fvkit_granular.models.two_masses import TwoMasses, primitive
 from fvkit_granular.models.wet_dry import threshold
@@ -21,9 +21,9 @@ ROUNDING = 1e-12
 class PressureCoupled(TwoMasses, ABC):
     """Abstract model whose masses are coupled by pressure alone. Contract:
 
-    ``flux``, ``push``, ``couplings`` and ``balanced_difference`` define the model; ``push`` is consistent with A^, the
-    matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition and eigenvalues
-    follow from these.
+    ``flux``, ``push``, ``couplings``, ``balanced_difference`` and ``complex_slips`` define the model; ``push`` is consistent
+    with A^, the matrix at arithmetic depths and sqrt-weighted velocities: A^ dq = jump on a flat bottom. Roe decomposition and
+    eigenvalues follow from these.
 
     Examples
     --------
@@ -68,8 +68,23 @@ class PressureCoupled(TwoMasses, ABC):
     def hyperbolic_discriminant(self, ql, qr):
         hs, vs, hf, vf = self.roe_mean(ql, qr)
         both = (hs > 0.0) & (hf > 0.0) & (hs + hf > threshold(self.dry))
+        (least, most), slip = self.complex_slips(hs, hf), (vs - vf) * (vs - vf)
+        both = both & (slip > least) & (slip < most)  # elsewhere rounding decides the sign of the discriminant, in films
         found = quartic_discriminant(self.couplings(hs, hf), vs, vf, self.g * (hs + hf)) + ROUNDING
         return where(both, found, 1.0)
+
+    def may_lose_hyperbolicity(self, ql, qr):
+        (hsl, vsl, hfl, vfl), (hsr, vsr, hfr, vfr) = self.layers(ql), self.layers(qr)
+        hs, hf = 0.5 * (hsl + hsr), 0.5 * (hfl + hfr)
+        # The velocities of the Roe mean are between those of both sides.
+        ahead, behind = minimum(vsl, vsr) - maximum(vfl, vfr), maximum(vsl, vsr) - minimum(vfl, vfr)
+        smallest, largest = maximum(0.0, maximum(ahead, -behind)), maximum(-ahead, behind)
+        least, most = self.complex_slips(hs, hf)
+        return (hs + hf > threshold(self.dry)) & (largest * largest > least) & (smallest * smallest < most)
+
+    @abstractmethod
+    def complex_slips(self, hs, hf):
+        """Return bounds of the squares of slips at which speeds are complex, m^2/s^2; between them some are real."""
 
     def eigenvalues(self, q: np.ndarray) -> np.ndarray:
         """Return the characteristic speeds, (4, n), complex, sorted by real part; both masses must be present."""

@@ -100,11 +100,10 @@ class TwoLayer(PressureCoupled):
         return (qr[1] - ql[1], solid + g * (product_slope(hs, surface) - (1.0 - self.gamma) * product_slope(hs, hf)),
                 qr[3] - ql[3], fluid + g * product_slope(hf, surface))
 
-    def may_lose_hyperbolicity(self, ql, qr):
-        hs, vs, hf, vf = self.roe_mean(ql, qr)
-        slip, roots, share = (vs - vf) * (vs - vf), np.sqrt(hs) + np.sqrt(hf), np.sqrt(self.gamma)
+    def complex_slips(self, hs, hf):
+        roots, share = np.sqrt(hs) + np.sqrt(hf), np.sqrt(self.gamma)
         scale = self.g * roots * roots
-        return (slip > (1.0 - share) * scale) & (slip < (1.0 + share) * scale)
+        return (1.0 - share) * scale, (1.0 + share) * scale
 
     def observables(self, q: np.ndarray, aux: Mapping[str, np.ndarray] | None = None) -> dict[str, np.ndarray]:
         """Return h, phi = hs/h, vs, vf, the momentum mean v, the surface h + b, and the interface hs + b."""

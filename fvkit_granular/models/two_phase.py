@@ -10,7 +10,6 @@ from fvkit_granular.models.literature import PELANTI_2008
 from fvkit_granular.models.mixture import Mixture
 from fvkit_granular.models.roe_decomposition import PressureCoupled
 from fvkit_granular.models.two_masses import advected
-from fvkit_granular.models.wet_dry import threshold
 
 
 @attrs.frozen
@@ -59,8 +58,5 @@ class TwoPhase(Mixture, PressureCoupled):
         return (qr[1] - ql[1], solid + g * (product_slope(hs, surface) + 0.5 * (1.0 - self.gamma) * exchange(hf, hs)),
                 qr[3] - ql[3], fluid + g * product_slope(hf, surface))
 
-    def may_lose_hyperbolicity(self, ql, qr):
-        hs, vs, hf, vf = self.roe_mean(ql, qr)
-        slip = (vs - vf) * (vs - vf)
-        deep = hs + hf > threshold(self.dry)
-        return deep & (slip > 2.0 * self.g * (1.0 - self.gamma) * hf) & (slip < 4.0 * self.g * (hs + hf))
+    def complex_slips(self, hs, hf):
+        return 2.0 * self.g * (1.0 - self.gamma) * hf, 4.0 * self.g * (hs + hf)

@@ -3,6 +3,7 @@
 from typing import Any
 
 from fvkit.backends.compiled.loops import Row, Writer
+from fvkit.backends.compiled.tile_bounds import summed
 from fvkit.backends.kernel import imposed
 from fvkit.pointwise.tracing import Expr
 from fvkit.problem.sources import brought
@@ -40,6 +41,19 @@ class Ends(Writer):
         if self.problem.model.defines("admissible"):
             result = result & self.parts.model.admissible(q)
         return result
+
+    def judging(self, q: Any, *others: Any) -> list[tuple[str, Any]]:
+        """Lines of a loop that `judge` needs, of states that must be finite as ``others`` must: as `good`, without compares."""
+        masses = [q[row] for row in self.problem.model.mass_rows()]
+        lines = [*summed("total", [*q, *others]), *(("least = lower(least, {})", mass) for mass in masses)]
+        if self.problem.model.defines("admissible"):
+            lines.append(("bad = bad | (1 - {})", self.parts.model.admissible(q)))
+        return lines
+
+    def judge(self, depth: int = 1) -> None:
+        """Lines after that loop: ``bad`` is 1 where a state may not be accepted."""
+        self.emit("if not (total - total == 0.0 and least >= 0.0):", depth)
+        self.emit("bad = 1", depth + 1)
 
     def ends(self) -> list[str]:
         """Text of ``opening`` and ``finish``: operations of a staged step on nt cells from c0 before and after its sweeps."""

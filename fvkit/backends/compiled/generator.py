@@ -4,9 +4,9 @@ A tile of cells is copied into one scratch buffer, every field a row at a fixed 
 from 0; the new cells are copied out. Rows are longer than a page, offsets are constants, nothing is indexed from below:
 each of these was measured to matter by a factor. Stages that cover the same range and read each other's fields only at
 offset 0 share a loop; a light stage is computed again where it is read; stages with a guard have their own loops, behind
-tests that the loop before them makes. Divisions and roots that look at one cell only, and that faces ask of both their
-cells, are computed once per cell beforehand. A given function that is zero everywhere, such as a flat bottom, is a
-literal 0 and makes no code.
+tests of the whole tile (`tile_bounds`), and where these leave it open, of its faces. Divisions and roots that look at one
+cell only, and that faces ask of both their cells, are computed once per cell beforehand. A given function that is zero
+everywhere, such as a flat bottom, is a literal 0 and makes no code.
 """
 
 from collections.abc import Callable
@@ -20,12 +20,13 @@ import attrs
 from fvkit.backends.compiled.cell_updates import Ends
 from fvkit.backends.compiled.llvm import Block, is_condition
 from fvkit.backends.compiled.loops import Row
+from fvkit.backends.compiled.tile_bounds import Term, opened, summed, taken
 from fvkit.backends.march import FILM, MICRO
 from fvkit.backends.numpy_stages import deepness
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.contract import users
 from fvkit.pointwise.rare import chosen, usually
-from fvkit.pointwise.tracing import Expr, Untraceable, keeping_nan
+from fvkit.pointwise.tracing import Expr, Untraceable, chosen_among, keeping_nan
 from fvkit.problem.answers import at_face
 from fvkit.problem.problem import Problem
 from fvkit.problem.sources import brought
@@ -142,69 +143,102 @@ class Generator(Ends):
 
     def stage_loop(self, span: tuple[int, int], stages: list[Stage], guarded: list[Stage], later: set[str],
                    first: bool) -> None:
-        """The loop of a group, and behind tests that it makes, those of the guarded stages that follow it.
+        """The loop of a group, and behind tests, see `asked`, those of the guarded stages that follow it.
 
         A group that uses `fvkit.rarely` has two versions of its loop, and a short loop that chooses.
         """
         low, high = span
         count = self.span(high - low)
         self.twofold = {}
-        (usual, asked), conditions = usually(self.graph, lambda: self.asking(stages, guarded, low))
-        versions, rare = [(usual, asked)], reduce(or_, conditions, False)
+        usual, conditions = usually(self.graph, lambda: self.run(stages, low))
+        versions, rare = [usual], reduce(or_, conditions, False)
         if conditions:  # the usual value stays to the bit where it is usual: both sides of a face may see it from two tiles
-            own, asks = self.asking(stages, guarded, low)
-            versions.append((chosen(rare, own, usual), [one | other for one, other in zip(asks, asked, strict=True)]))
+            versions.append(chosen(rare, self.run(stages, low), usual))
         later = later.union(*({read.field for read in self.reads(stage)} | set(stage.writes if stage.sparse else ())
                               for stage in guarded))
-        own = usual | {name: self.shared(value, versions[-1][0][name], low) for name, value in usual.items() if name in later}
+        own = usual | {name: self.shared(value, versions[-1][name], low) for name, value in usual.items() if name in later}
         changed: dict[str, Any] = {}
         behind: list[dict[str, Any]] = []
-        masks: dict[int, Row] = {}
-        for k, stage in enumerate(guarded):
-            self.emit(f"hit{k} = 0")
-            if stage.sparse:
-                masks[k] = self.new_row(low)
+        for stage in guarded:
             behind.append(stage.run(self.parts, self.ratio, self.inputs(stage, low, own, low)))
             changed |= behind[-1]
 
-        def largest(fastest: Any) -> tuple[str, Any]:
-            return "smx[j] = {}", keeping_nan(self.graph.node("maximum", fastest, self.graph.node("load", "smx[j]")))
-
-        if first and self.problem.model.defines("hyperbolic_discriminant"):
-            self.emit("doubt = 0")
         writes = self.store({name: value for name, value in own.items() if name in later}, low, changed)
+        asks = {f"hit{k}": stage.guard(self.parts, self.ratio, **self.inputs(stage, low, own, low))  # type: ignore[misc]  # they have one
+                for k, stage in enumerate(guarded)}
+        if first and self.problem.model.defines("hyperbolic_discriminant"):
+            asks["doubt"] = self.may_be_lost(low)
+        maybe, terms = self.bounds.may_hold(list(asks.values()), {value.index for _, value in writes if isinstance(value, Expr)})
         if conditions:
-            self.emit("rare = 0")
-            self.loop(count, [], low, [("rare = rare | {}", rare)])
+            self.rarely(count, rare, low)
+        for line in ("faces, speeds, fastest = 0.0, 0.0, 0.0", *opened(terms)):
+            self.emit(line)
         usual_block: Block | None = None
-        for which, (values, asked) in enumerate(versions):
+        for which, values in enumerate(versions):
             if conditions:
                 self.emit("else:" if which else "if rare == 0:")
-            extra = [(f"hit{k} = hit{k} | {{}}", asks) for k, asks in enumerate(asked)]
-            if SPEED in values and SPEED not in changed:
-                extra.append(largest(values[SPEED]))
-            if first and self.problem.model.defines("hyperbolic_discriminant"):
-                doubt = at_face(self.parts.model, "may_lose_hyperbolicity", *self.face(low, "q", "aux")) \
-                    if self.problem.model.defines("may_lose_hyperbolicity") else True
-                extra.append(("doubt = doubt | {}", doubt))
-            marks = [(row, self.graph.node("where", asked[k], 1.0, 0.0)) for k, row in masks.items()]
-            usual_block = self.loop(count, [*self.version(writes, which), *marks], low, extra, depth=2 if conditions else 1,
+            extra = self.extremes(terms if which == 0 else [], values.get(SPEED))
+            usual_block = self.loop(count, self.version(writes, which), low, extra, depth=2 if conditions else 1,
                                     always=which == 0, like=usual_block)
+            if which and terms:
+                self.emit("faces = 1e999", 2)  # no bounds: every face is asked
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}
+        masks = {k: self.new_row(low) for k, stage in enumerate(guarded) if stage.sparse}
+        self.asked(count, asks, maybe, masks, low, rows)
         for k, values in enumerate(behind):
             self.emit(f"if hit{k} != 0:")
             if k in masks:
                 self.where_asked(count, masks[k], self.restore(values), low, rows)
             else:
                 self.loop(count, self.restore(values), low, [], depth=2, rows=rows)
-        if SPEED in changed:
-            self.loop(count, [], low, [largest(self.value(SPEED, low, {}, low))])
+        if SPEED in usual:
+            self.keep_largest_speed(count, low, [k for k, values in enumerate(behind) if SPEED in values])
 
-    def asking(self, stages: list[Stage], guarded: list[Stage], low: int) -> tuple[dict[str, Any], list[Any]]:
-        """Symbols of what the stages of a loop write, and of the guards of the stages behind it."""
-        own = self.run(stages, low)
-        return own, [stage.guard(self.parts, self.ratio, **self.inputs(stage, low, own, low))  # type: ignore[misc]  # they have one
-                     for stage in guarded]
+    def extremes(self, terms: list[Term], speed: Any) -> list[tuple[str, Any]]:
+        """Lines of the first version of a loop that takes the extremes of terms, and the largest speed, if it computes one."""
+        nodes = [self.in_version(term.node, 0) for term in terms]
+        lines, among = taken(terms, nodes), chosen_among(speed)
+        if speed is not None:
+            lines += [("fastest = higher(fastest, {})", speed), *summed("speeds", [keeping_nan(speed)])]
+        return lines + summed("faces", [node for term, node in zip(terms, nodes, strict=True)
+                                        if not term.given and node.index not in among])
+
+    def rarely(self, count: str, rare: Any, low: int) -> None:
+        """The loop that leaves in ``rare`` whether a face needs the second version of a loop, where bounds leave that open."""
+        maybe, terms = self.bounds.may_hold([rare], set())
+        for line in ("rare, faces = 0, 0.0", *opened(terms)):
+            self.emit(line)
+        if terms:
+            self.loop(count, [], low, self.extremes(terms, None))
+        self.emit(f"if {self.assign([maybe | self.bounds.beyond_bounds('cells', 'faces')], 1)[0]}:")
+        self.loop(count, [], low, [("rare = rare | {}", rare)], depth=2)
+
+    def asked(self, count: str, asks: dict[str, Any], maybe: Any, masks: dict[int, Row], low: int, rows: dict[int, str]) -> None:
+        """The loop that leaves in each name whether its condition holds at a face, where bounds over the tile leave that open."""
+        for name in asks:
+            self.emit(f"{name} = 0")
+        if not asks:
+            return
+        self.emit(f"if {self.assign([maybe | self.bounds.beyond_bounds('cells', 'faces', 'speeds')], 1)[0]}:")
+        marks = [(row, self.graph.node("where", asks[f"hit{k}"], 1.0, 0.0)) for k, row in masks.items()]
+        self.loop(count, marks, low, [(f"{name} = {name} | {{}}", value) for name, value in asks.items()], depth=2, rows=rows)
+
+    def keep_largest_speed(self, count: str, low: int, hits: list[int]) -> None:
+        """Lines that keep the largest speed, NaN if any is; ``hits`` are the numbers of guarded stages that change it."""
+        self.emit(f"if {' and '.join(f'hit{k} == 0' for k in hits) or 'True'}:")
+        self.emit("smx[0] = fastest if fastest > smx[0] else smx[0]", 2)
+        self.emit("if speeds - speeds != 0.0:", 2)
+        self.emit("smx[0] = speeds - speeds", 3)
+        if hits:
+            self.emit("else:")
+            fastest = self.graph.node("maximum", self.value(SPEED, low, {}, low), self.graph.node("load", "smx[j]"))
+            self.loop(count, [], low, [("smx[j] = {}", keeping_nan(fastest))], depth=2)
+
+    def may_be_lost(self, low: int) -> Any:
+        """Symbol of whether the speeds of a face may be complex."""
+        if not self.problem.model.defines("may_lose_hyperbolicity"):
+            return True
+        return at_face(self.parts.model, "may_lose_hyperbolicity", *self.face(low, "q", "aux"))
 
     def where_asked(self, count: str, mask: Row, writes: list[tuple[Row, Any]], low: int, rows: dict[int, str]) -> None:
         """The loop of a sparse stage over the places where the loop before has left no 0 in ``mask``.
@@ -244,17 +278,19 @@ class Generator(Ends):
         own = self.run(stages, low)
         extra: list[tuple[str, Any]] = []
         gains: list[tuple[int, Any]] = []
-        self.emit("bad = 0")
+        self.emit("bad, total, least = 0, 0.0, 0.0")
         if self.staged:
             new = tuple(-1.0 * net for net in own[NET])
         else:
             q, aux = (self.loaded(self.fields[name], low) for name in ("q", "aux"))
             moved = own.get(NEW) or tuple(row - self.ratio * net for row, net in zip(q, own[NET], strict=True))
             new, gains = self.finished(moved, aux)
-            extra.append(("bad = bad | (1 - {})", self.good(new)))
+            extra += self.judging(new)
         rows, counted = tuple(self.new_row(0) for _ in new), [(k, self.new_row(0)) for k, _ in gains]
         changes = [(row, change) for (_, row), (_, change) in zip(counted, gains, strict=True)]
         self.loop("nt", [*zip(rows, new, strict=True), *changes], 0, extra)
+        if not self.staged:
+            self.judge()
         self.count_brought(counted)
         for k, row in enumerate(rows):
             self.emit(f"move(out[{k}], c0 + {self.plan.halo}, buf, {row.start}, nt)")

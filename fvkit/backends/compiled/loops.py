@@ -13,6 +13,7 @@ import numpy as np
 from fvkit.backends.compiled.llvm import Block, block, is_condition
 from fvkit.backends.compiled.per_cell import PerCell
 from fvkit.backends.compiled.pieces import by_products, pieces
+from fvkit.backends.compiled.tile_bounds import TileBounds, opened, summed, taken
 from fvkit.backends.plan import Plan
 from fvkit.pointwise.tracing import Expr, Graph, with_symbols
 from fvkit.problem.problem import Problem
@@ -70,6 +71,7 @@ class Writer:
         self.ratio, self.before, self.after = (self.graph.node("uniform", name) for name in ("ratio", "before", "after"))
         self.fields: dict[str, Any] = {}
         self.percell = PerCell(self.graph)
+        self.bounds = TileBounds(self.graph, self.percell)
         self.read_from: dict[int, str] = {}
         self.given = len(problem.model.conserved) + sum(varies)
         #: Row and values of what differs between the two versions of the loop that is being written, by the index of the
@@ -174,8 +176,11 @@ class Writer:
 
     def version(self, writes: list[tuple[Row, Any]], which: int) -> list[tuple[Row, Any]]:
         """What one of the two versions of a loop writes: 0 the usual one."""
-        return [(row, self.twofold[value.index][1][which] if isinstance(value, Expr) and value.index in self.twofold else value)
-                for row, value in writes]
+        return [(row, self.in_version(value, which)) for row, value in writes]
+
+    def in_version(self, value: Any, which: int) -> Any:
+        """A value in one of the two versions of a loop."""
+        return self.twofold[value.index][1][which] if isinstance(value, Expr) and value.index in self.twofold else value
 
     def restore(self, values: dict[str, Any]) -> list[tuple[Row, Any]]:
         """Return the values that a guarded stage writes to the rows of its fields."""
@@ -294,14 +299,18 @@ class Writer:
         self.read_from[node.index] = self.percell.rows[function].at(place)
 
     def per_cell(self) -> list[str]:
-        """Text of the loop that computes the rows of `keep_per_cell` from the cells of a tile and its halo."""
+        """Text of the loop over the cells of a tile and its halo: the rows of `keep_per_cell`, and extremes of `TileBounds`."""
         kept, self.lines = self.lines, []
-        halo = self.plan.halo
+        halo, terms = self.plan.halo, list(self.bounds.cells.values())
         writes = [(self.percell.rows[function], self.percell.at(node, -halo, self.load))
                   for function, node in self.percell.samples.items()]
         self.percell.rows = {}
-        if writes:
-            self.loop(self.span(2 * halo), writes, -halo, [])
+        for line in ("cells = 0.0", *opened(terms)):
+            self.emit(line)
+        if writes or terms:
+            values = [self.percell.at(term.node, -halo, self.load) for term in terms]
+            made = [value for term, value in zip(terms, values, strict=True) if not term.given]
+            self.loop(self.span(2 * halo), writes, -halo, [*taken(terms, values), *summed("cells", made)])
         made, self.lines = self.lines, kept
         return made
 

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from fvkit.backends.compiled import calls, cube_roots, disk_cache, llvm, quotients
+from fvkit.backends.compiled import calls, cube_roots, disk_cache, llvm, quotients, tile_bounds
 from fvkit.backends.compiled.calls import Call, Move, address
 from fvkit.backends.compiled.generator import generate
 from fvkit.backends.compiled.loops import SPARE, TILE
@@ -190,7 +190,8 @@ def module_of(prefix: str, text: str, blocks: tuple[Any, ...], entries: dict[str
     """
     import numba
 
-    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in (llvm, calls, quotients, cube_roots)]
+    writers = (llvm, calls, quotients, cube_roots, tile_bounds)
+    compiler = [Path(str(module.__file__)).read_text(encoding="utf-8") for module in writers]
     content = (text, *[block.text() for block in blocks], *compiler, repr(sorted(map(str, OPTIONS.items()))))
     name = f"{prefix}_{disk_cache.key(*content, numba.__version__, np.__version__, sys.version)}"
     with _making:
@@ -207,7 +208,7 @@ def _made(name: str, text: str, blocks: tuple[Any, ...], numba: Any, entries: di
     sys.modules[module.__name__] = module
     space = module.__dict__
     exec(compile(text, str(path), "exec"), space)
-    space |= {block.name: block.compiled() for block in (llvm.wide(), Move(), *blocks)}
+    space |= {block.name: block.compiled() for block in (llvm.wide(), Move(), *tile_bounds.RUNNING, *blocks)}
     said = f"fvkit: compiling a kernel for this combination of parts, once; kept in {path.parent}"
     timer = threading.Timer(ANNOUNCE_AFTER, print, (said,), {"file": sys.stderr, "flush": True})
     timer.daemon = True

@@ -123,7 +123,7 @@ class SweepGenerator(Generator):
         """The loop that makes the new state, settled and judged at the `LAST` place of a step, and copies it out."""
         (low, _), stages = group
         own = self.run(stages, low)
-        self.emit("bad = 0")
+        self.emit("bad, total, least = 0, 0.0, 0.0")
         if PULLS in own:
             rows = [self.new_row(0) for _ in own[PULLS]]
             self.loop(self.span(), list(zip(rows, own[PULLS], strict=True)), 0, [])
@@ -137,8 +137,9 @@ class SweepGenerator(Generator):
         rows = [self.new_row(0) for _ in new]
         self.emit(f"if place == {LAST}:")
         settled = self.settled(new)
-        judged = [("bad = bad | (1 - {})", self.judged(settled))]
-        self.loop(self.span(), list(zip(rows, settled, strict=True)), 0, judged, depth=2)
+        first = len(self.direction.rows)
+        self.loop(self.span(), list(zip(rows, settled, strict=True)), 0, self.judging(settled[:first], *settled[first:]), depth=2)
+        self.judge(2)
         self.emit("else:")
         self.loop(self.span(), list(zip(rows, new, strict=True)), 0, [], depth=2)
         for row, place in zip(rows, (*self.direction.rows, *self.direction.across), strict=True):
@@ -157,12 +158,6 @@ class SweepGenerator(Generator):
             return new
         first = model.settle(new[:own])
         return (*first, *momenta(model, model.settle(with_momenta(model, first, new[own:]))))
-
-    def judged(self, new: Any) -> Any:
-        """Symbol of whether a state may be accepted."""
-        own = len(self.direction.rows)
-        result = self.good(new[:own])
-        return result & self.graph.node("isfinite", sum(new[own:], 0.0)) if new[own:] else result
 
 
 #: All jobs of a sweep, or of a share of it: pieces of lines, each a row with line, number of lines, first cell and cells.
