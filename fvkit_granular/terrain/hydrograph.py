@@ -1,5 +1,6 @@
 """Hydrographs on a terrain: a flow over time that comes in through polygons or a line (`read_hydrograph`)."""
 
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -51,6 +52,13 @@ class OverTime:
         inside = np.union1d(self.times[self.times <= until], min(max(until, self.times[0]), self.times[-1]))
         rates = np.interp(inside, self.times, self.values)
         return float(self.shape.sum() * (0.5 * np.diff(inside) * (rates[1:] + rates[:-1])).sum())
+
+    def warn_of_times(self, t_end: float) -> None:
+        """Warn where nothing comes in by the end of a run, s."""
+        if self.values.max() > 0.0 and self.brought(t_end) == 0.0:
+            warnings.warn(f"a hydrograph brings nothing by `t_end` = {t_end:g} s: its times are {self.times[0]:g} to "
+                          f"{self.times[-1]:g} s; count them from the start of the run, or raise `t_end`", UserWarning,
+                          stacklevel=validation.users_line())
 
     def averages(self, t: float) -> np.ndarray:
         """Return the map at time t, (ny, nx)."""

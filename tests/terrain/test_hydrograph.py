@@ -33,6 +33,16 @@ def test_a_hydrograph_brings_its_volume_also_when_it_begins_late_on_dry_ground(t
     assert solution.stats.entered_by_sources["h"] == pytest.approx(100.0, rel=1e-12)
 
 
+def test_a_hydrograph_after_the_end_of_the_run_is_told(tmp_path):
+    table = tmp_path / "inflow.csv"
+    table.write_text("t [s],discharge [m3/s],phi [-]\n200,8,0.5\n300,8,0.5\n")
+    ground = terrain(gaps=False)
+    source = gr.read_hydrograph(table, rectangle(20.0, 40.0, 30.0, 50.0), ground)
+    with pytest.warns(UserWarning, match="brings nothing by `t_end` = 200 s: its times are 200 to 300 s; count them from"):
+        gr.Scene(terrain=ground, t_end=200.0, sources=(source,))
+    gr.Scene(terrain=ground, t_end=201.0, sources=(source,))
+
+
 @pytest.mark.parametrize("turned", [lambda x, y: (x, y), lambda x, y: (12.0 - x, y), lambda x, y: (y, x)])
 def test_a_hydrograph_on_a_line_comes_in_by_its_length_in_each_cell(tmp_path, turned):
     table = tmp_path / "inflow.csv"
