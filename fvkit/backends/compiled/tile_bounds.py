@@ -74,6 +74,8 @@ class TileBounds:
                 return self.cells.setdefault(function, Term(node, set(), node.operation == "load"))
             differs = self._differs(node)
             kept = differs or node.index in own or node.operation not in ARITHMETIC
+            if kept and node.index not in own and any(part.index in own and part.operation == "load" for part in needed([node])):
+                raise Unbounded  # of a row that the loop itself writes, and cannot read yet
             return faces.setdefault(node.index, Term(node, set(), differs)) if kept else None
 
         try:
