@@ -114,7 +114,7 @@ def test_a_condition_that_the_bounds_exclude_holds_at_no_face(model, calm):
 def test_what_a_loop_writes_is_bounded_as_it_is_and_not_what_is_made_of_it():
     tile = Tile(np.array([[1.0, 2.0, 3.0]]), np.zeros(3))
     bounds, written = TileBounds(tile.graph, tile.percell), tile.graph.node("load", "buf[528 + j]")
-    assert [term.node for term in bounds.may_hold([2.0 * written > 3.0], {written.index})[1]][0] is written
+    assert next(term.node for term in bounds.may_hold([2.0 * written > 3.0], {written.index})[1]) is written
     assert bounds.may_hold([np.sign(written) > 0.0], {written.index}) == (True, [])
     assert [term.node.operation for term in bounds.may_hold([np.sign(written) > 0.0], set())[1]] == ["sign"]
 
