@@ -179,7 +179,7 @@ class Generator(Ends):
                 self.emit("else:" if which else "if rare == 0:")
             extra = self.extremes(terms if which == 0 else [], values.get(SPEED))
             usual_block = self.loop(count, self.version(writes, which), low, extra, depth=2 if conditions else 1,
-                                    always=which == 0, like=usual_block)
+                                    always=which == 0, like=usual_block, beside=asks.values())
             if which and terms:
                 self.emit("faces = 1e999", 2)  # no bounds: every face is asked
         rows = {value.index: row.at(low) for row, value in writes if isinstance(value, Expr)}

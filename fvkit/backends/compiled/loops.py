@@ -5,6 +5,7 @@ constants, nothing is indexed from below: each of these was measured to matter b
 """
 
 import re
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import attrs
@@ -193,17 +194,20 @@ class Writer:
         return [pair for name, value in values.items() for pair in pairs(self.fields[name], value)]
 
     def loop(self, count: str, writes: list[tuple[Row, Any]], low: int, extra: list[tuple[str, Any]], depth: int = 1,
-             always: bool = False, rows: dict[int, str] | None = None, like: Block | None = None) -> Block:
+             always: bool = False, rows: dict[int, str] | None = None, like: Block | None = None,
+             beside: Iterable[Any] = ()) -> Block:
         """Loops that compute the written values and those of the extra lines, and write. ``{}`` in a line is its value.
 
         With ``always`` they run in every tile: values per cell are then worth a separate loop. ``rows`` has the
         rows of nodes that an earlier loop has stored, which these do not compute. What they share with the block ``like`` has
-        its bits. Returns the block that they compute, all of them together.
+        its bits, else what they write those that it has with the values ``beside`` it in place of the extra lines. Returns the
+        block that they compute, all of them together.
         """
         lines = [*extra, *((f"{row.at(low)} = {{}}", value) for row, value in writes)]
         places = {_index(value): row.at(low) for row, value in writes}
         stored = dict(rows or {})
-        whole = self.content([value for _, value in lines], always=always, stored=stored, like=like)
+        usual = like or self.content([*beside, *(value for _, value in writes)], always=always, stored=stored)
+        whole = self.content([value for _, value in lines], always=always, stored=stored, like=usual)
         # The second version of a loop and code behind a test run seldom: cutting them is not worth its compilation.
         often = rows is None and like is None and all(value is not None for _, value in lines)
         parts = pieces(whole, len(self.blocks)) if often else [whole]
