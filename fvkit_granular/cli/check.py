@@ -20,6 +20,7 @@ from fvkit_granular.scenes.scene import Scene
 from fvkit_granular.scenes.toml.read import SCENE_HELP, find_scene, scene_label
 from fvkit_granular.sources.line_inflow import LineInflow
 from fvkit_granular.studies.advise_terrain import effort
+from fvkit_granular.terrain.hydrograph import series_of
 
 
 def register(commands: Any) -> None:
@@ -61,9 +62,9 @@ def _check(options: argparse.Namespace) -> int:
 
 def _brought(source: Any, scene: Scene) -> str:
     """What a hydrograph brings in the time of the run, in words."""
-    if not _is_hydrograph(source):
+    given = series_of(source)
+    if given is None:
         return ""
-    given = source.intensity
     volume = scene.terrain.grid.cell_volume * given.brought(scene.t_end)
     said = f", a hydrograph: {volume:.6g} m3 by {scene.t_end:g} s, from {given.times[0]:g} to {given.times[-1]:g} s"
     if not isinstance(source, LineInflow):
@@ -80,18 +81,13 @@ def _direction(source: Any) -> np.ndarray:
     return np.asarray(mean / np.hypot(*mean))
 
 
-def _is_hydrograph(source: Any) -> bool:
-    """Whether a source brings a series of discharges."""
-    return hasattr(getattr(source, "intensity", None), "brought")
-
-
 def _picture(scene: Scene) -> Any:
     """Return the figure of terrain, release, hydrographs, gauges and lines, with the conditions at the four sides."""
     from fvkit_granular.terrain.maps import draw_map
 
     released = None if scene.release is None else scene.release.thickness
     axes = draw_map(scene.terrain, released, "release, m (vertical)", release=scene.release)
-    for source in filter(_is_hydrograph, scene.sources):
+    for source in filter(series_of, scene.sources):
         rows, columns = np.unravel_index(source.intensity.cells, scene.terrain.grid.shape)
         x, y = scene.terrain.grid.axes[0].centers[columns], scene.terrain.grid.axes[1].centers[rows]
         axes.plot(x, y, "s", color="#56B4E9", markeredgecolor="#0072B2", markersize=4)

@@ -25,7 +25,7 @@ from fvkit_granular.scenes.shaped_flow import ShapedFlow
 from fvkit_granular.scenes.shapes import Step
 from fvkit_granular.scenes.watch import Watch
 from fvkit_granular.sources.plausible import caution
-from fvkit_granular.terrain.hydrograph import OverTime
+from fvkit_granular.terrain.hydrograph import series_of
 from fvkit_granular.terrain.terrain import Terrain
 
 
@@ -154,9 +154,8 @@ class Scene:
         caution(self, "g", WEAKEST, STRONGEST, "in m/s^2 it is 9.81, where 981 is in cm/s^2")
         if self.release is not None:
             self.release.warn_of_units()
-        for source in self.sources:
-            if isinstance(given := getattr(source, "intensity", None), OverTime):
-                given.warn_of_times(self.t_end)
+        for series in filter(None, map(series_of, self.sources)):
+            series.warn_of_times(self.t_end)
 
     def _lie_on_terrain(self) -> None:
         """Take interval, bottom and initial flow from the terrain and the release."""

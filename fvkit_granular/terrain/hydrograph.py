@@ -69,6 +69,12 @@ class OverTime:
         raise TypeError("an OverTime is a map of cell averages: use `averages(t)`")
 
 
+def series_of(source: Any) -> OverTime | None:
+    """Return the map times a series of discharges that a source brings, None for another source."""
+    found = getattr(source, "intensity", None)
+    return found if isinstance(found, OverTime) else None
+
+
 def read_hydrograph(path: str | Path, area: Any, terrain: Terrain) -> Rain:
     """Read a hydrograph that comes in through an area of a terrain, or a line: a source of mass, spread evenly over either.
 

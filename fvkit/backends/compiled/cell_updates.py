@@ -33,17 +33,11 @@ class Ends(Writer):
         gains = brought(self.parts.model.mass_rows(), q, after)
         return self.parts.model.settle(after) if self.problem.model.defines("settle") else after, gains
 
-    def good(self, q: Any) -> Any:
-        """Symbol of whether a state may be accepted."""
-        result = self.graph.node("isfinite", sum(q[1:], q[0]))
-        for row in self.problem.model.mass_rows():
-            result = result & (q[row] >= 0.0)
-        if self.problem.model.defines("admissible"):
-            result = result & self.parts.model.admissible(q)
-        return result
-
     def judging(self, q: Any, *others: Any) -> list[tuple[str, Any]]:
-        """Lines of a loop that `judge` needs, of states that must be finite as ``others`` must: as `good`, without compares."""
+        """Lines of a loop by which `judge` says whether its states may be accepted; ``others`` must be finite, too.
+
+        Without compares, which would take more time.
+        """
         masses = [q[row] for row in self.problem.model.mass_rows()]
         lines = [*summed("total", [*q, *others]), *(("least = lower(least, {})", mass) for mass in masses)]
         if self.problem.model.defines("admissible"):
@@ -62,7 +56,7 @@ class Ends(Writer):
         for name in ("opening", "finish"):
             state = tuple(self.graph.node("load", f"q[{k}, c0 + {halo} + j]") for k in range(rows))
             aux = tuple(self.graph.node("load", f"aux[{k}, c0 + j]") if varies else 0.0 for k, varies in enumerate(self.varies))
-            self.emit("bad = 0")
+            self.emit("bad, total, least = 0, 0.0, 0.0")
             self.emit("for j in range(nt):")
             if name == "opening":
                 new = self.act(state, aux, self.before, self.parts.beside)
@@ -71,12 +65,13 @@ class Ends(Writer):
                 new, gains = self.finished(state, aux)
             lines = [(f"flux[2, {k}] += {{}}", change) for k, change in gains]
             if name == "finish":
-                lines.append(("bad = bad | (1 - {})", self.good(new)))
+                lines += self.judging(new)
             names = self.assign([*new, *(value for _, value in lines)], 2, fixed=True)
             for (line, _), value in zip(lines, names[len(new):], strict=True):
                 self.emit(line.format(value), 2)
             for k, value in enumerate(names[:len(new)]):
                 self.emit(f"q[{k}, c0 + {halo} + j] = {value}", 2)
+            self.judge()
             self.emit("return bad")
             text += [f"def {name}(q, aux, c0, nt, before, after, par, flux):", *self.lines, "", ""]
             self.lines = []

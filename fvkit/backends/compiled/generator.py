@@ -170,7 +170,7 @@ class Generator(Ends):
             asks["doubt"] = self.may_be_lost(low)
         maybe, terms = self.bounds.may_hold(list(asks.values()), {value.index for _, value in writes if isinstance(value, Expr)})
         if conditions:
-            self.rarely(count, rare, low)
+            self.choose_version(count, rare, low)
         for line in ("faces, speeds, fastest = 0.0, 0.0, 0.0", *opened(terms)):
             self.emit(line)
         usual_block: Block | None = None
@@ -203,7 +203,7 @@ class Generator(Ends):
         return lines + summed("faces", [node for term, node in zip(terms, nodes, strict=True)
                                         if not term.given and node.index not in among])
 
-    def rarely(self, count: str, rare: Any, low: int) -> None:
+    def choose_version(self, count: str, rare: Any, low: int) -> None:
         """The loop that leaves in ``rare`` whether a face needs the second version of a loop, where bounds leave that open."""
         maybe, terms = self.bounds.may_hold([rare], set())
         for line in ("rare, faces = 0, 0.0", *opened(terms)):

@@ -26,7 +26,6 @@ WIDENED = 1e-12
 #: Beyond any number that a term may be.
 HUGE = 1e300
 
-
 #: Operations of which `_Ends` knows what they make of intervals.
 ARITHMETIC = ("+", "-", "*", "neg", "abs", "sqrt", "where", "maximum", "minimum", f"maximum{KEEPS_NAN}", f"minimum{KEEPS_NAN}")
 
