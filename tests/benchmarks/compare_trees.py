@@ -18,7 +18,7 @@ MODELS, SOLVERS = {"shallow-water": "ShallowWater", "two-phase": "TwoPhase"}, ("
 
 
 def work(tree):
-    """Answer requests [model, solver, cells, friction, steps] on standard input by the CPU time of so many steps."""
+    """Answer requests [model, solver, cells, friction, backend, steps] on standard input by the CPU time of so many steps."""
     sys.path.insert(0, tree)
     warnings.simplefilter("ignore")
     import numpy as np
@@ -29,14 +29,14 @@ def work(tree):
     def bottom(x):
         return 0.1 * np.cos(2.0 * np.pi * x)
 
-    def stepper(model, solver, cells, friction):
+    def stepper(model, solver, cells, friction, backend):
         kind = getattr(gr, MODELS[model])()
         riemann = {"roe": fv.Roe, "relaxation": gr.Relaxation, "hll": fv.HLL, "rusanov": fv.Rusanov}[solver]()
         problem = fv.Problem(kind, fv.Grid(0.0, 1.0, cells), lambda x: kind.conserved_from(
             1.0 + 0.4 * np.exp(-100.0 * (x - 0.4) ** 2) - bottom(x), 0.5 + 0.2 * np.sin(2.0 * np.pi * x), 0.1, -0.1), 1e9,
             aux={"b": bottom}, boundary=fv.Periodic(), sources=gr.Manning(0.03) if friction else ())
-        result = fv.Stepper(problem, fv.WavePropagation(riemann), backend="numba")
-        result.run(np.inf, 200)
+        result = fv.Stepper(problem, fv.WavePropagation(riemann), backend=backend)
+        result.run(np.inf, 200 if backend == "numba" else 4)
         return result
 
     known = {}
@@ -55,6 +55,7 @@ def main():
     parser.add_argument("--blocks", type=int, default=15)
     parser.add_argument("--cells", type=int, nargs="+", default=[1000, 100_000])
     parser.add_argument("--friction", nargs="+", default=["none", "Manning"], choices=["none", "Manning"])
+    parser.add_argument("--backend", default="numba", choices=["numba", "numpy"])
     options = parser.parse_args()
     running = [subprocess.Popen([sys.executable, __file__, "--work", tree], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
                                 env={**os.environ, "PYTHONPATH": tree}) for tree in options.trees]
@@ -64,11 +65,12 @@ def main():
         process.stdin.flush()
         return float(process.stdout.readline())
 
+    updates = 2_000_000 if options.backend == "numba" else 100_000
     for friction in [kind == "Manning" for kind in options.friction]:
         for model in MODELS:
             for solver in SOLVERS:
                 for cells in options.cells:
-                    case, steps = (model, solver, cells, friction), max(4, 2_000_000 // cells)
+                    case, steps = (model, solver, cells, friction, options.backend), max(4, updates // cells)
                     blocks = [[asked(process, *case, steps) for process in running] for _ in range(options.blocks)]
                     best = [1e9 * min(column) / steps / cells for column in zip(*blocks, strict=True)]
                     print(f"{model:14s}{solver:12s}{cells:8d}{' Manning' if friction else '        '}",
