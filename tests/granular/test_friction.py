@@ -357,6 +357,18 @@ def test_friction_never_turns_a_momentum_nor_lets_it_grow_nor_touches_a_mass(law
             assert after[momentum, 0] == q[momentum, 0]
 
 
+@given(st.sampled_from(EVERY), st.sampled_from([gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.ShallowWater(dry=1e-8)]), depths, depths,
+       st.sampled_from([0.0, 1e-24, -1e-8, 1.0]), st.sampled_from([0.0, 1e-300, 1e-7, 1.0, 1e3]), st.sampled_from([1e-9, 1e-3, 1.0, 1e6]))
+def test_friction_of_a_face_on_a_film_beside_any_flow_is_a_number(law, model, hs, hf, push, bearing, dt):
+    """A face bears the mean of both masses: a film of 1e-297 m beside a flow of 1 m had inf times 0."""
+    before = np.array({4: [hs, 0.0, hf, 0.0], 3: [hs + hf, hs + 0.5 * hf, 0.0], 2: [hs, 0.0]}[len(model.conserved)])[:, None]
+    after = before.copy()
+    after[[momentum for _, momentum in model.phases]] += push
+    borne = tuple([np.array([bearing]) for _ in model.phases])
+    with np.errstate(all="ignore"):
+        assert np.isfinite(np.array(law.driven(model, tuple(before), tuple(after), borne, (0.0,), dt))).all()
+
+
 def test_momentum_of_an_absent_phase_does_not_move():
     model = gr.TwoPhase(dry=1e-8)
     q = np.array([[0.0, 1.0], [0.3, 0.2], [1.0, 0.0], [0.5, 0.1]])

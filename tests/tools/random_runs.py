@@ -32,8 +32,8 @@ HIGH = 5
 #: A run collapsed where it needs this many times its nominal steps; it is then given up.
 COLLAPSE = 20
 
-#: A run is looked at after so many steps: its state is judged, and its wall time.
-LOOK = 200
+#: A run is looked at after so many steps: its state is judged, what passed its ends, and its wall time.
+LOOK = 8
 
 #: Wall time after which a run is given up, s: thousands of times what one takes.
 SECONDS = 20.0
@@ -128,49 +128,62 @@ def _run(kind: type[Model], scheme: Scheme, scene: RandomScene) -> dict[str, Any
     empty = {"ratio": 0.0, "lowest": 0.0, "drift": 0.0, "share": 0.0, "lost": 0}
     try:
         stepper = Stepper(scene.problem(kind), scheme, nonhyperbolic="ignore")
-        status, lowest = _march(stepper)
+        looks = Looks(stepper)
+        status = _march(stepper, looks)
     except Exception as error:
         return named | empty | {"status": f"crashed: {type(error).__name__}: {error}"}
-    drift, share = _drift(stepper, len(scheme.program.sweeps))
-    return named | {"status": status, "ratio": stepper.steps / NOMINAL, "lowest": lowest, "drift": drift, "share": share,
+    drift, share = _drift(stepper, len(scheme.program.sweeps), looks.passed)
+    return named | {"status": status, "ratio": stepper.steps / NOMINAL, "lowest": looks.lowest, "drift": drift, "share": share,
                     "lost": stepper.stats().nonhyperbolic_faces}
 
 
-def _march(stepper: Stepper) -> tuple[str, float]:
-    """Run to the end of a scene; return how it ended, and the lowest mass of the states looked at, -inf for no number."""
-    lowest, started = _lowest(stepper), time.perf_counter()
+class Looks:
+    """What was seen of a run: its lowest mass, -inf where a number was none, and the most of each mass that had passed each end."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        self.stepper, self.lowest, self.passed = stepper, np.inf, np.zeros_like(passed_ends(stepper))
+        self.look()
+
+    def look(self) -> None:
+        q, rows = self.stepper.q, list(self.stepper.problem.mass_rows)
+        self.lowest = min(self.lowest, float(q[rows].min()) if np.isfinite(q).all() else -np.inf)
+        self.passed = np.maximum(self.passed, np.abs(passed_ends(self.stepper)))
+
+
+def passed_ends(stepper: Stepper) -> np.ndarray:
+    """Return what has passed each end of each axis so far, along the axis, (ends, masses)."""
+    return np.asarray(stepper.snapshot()["masses"][:2 * len(stepper.problem.grid.axes)])
+
+
+def _march(stepper: Stepper, looks: Looks) -> str:
+    """Run to the end of a scene; return how it ended."""
+    started = time.perf_counter()
     try:
         first = stepper.step()
-        lowest = min(lowest, _lowest(stepper))
+        looks.look()
         target = min(NOMINAL * first, stepper.problem.t_end)
         while stepper.t < target:
             if stepper.steps >= COLLAPSE * NOMINAL:
-                return Status.MAX_STEPS.name.lower(), lowest
+                return Status.MAX_STEPS.name.lower()
             if time.perf_counter() - started > SECONDS:
-                return Status.OVER_BUDGET.name.lower(), lowest
+                return Status.OVER_BUDGET.name.lower()
             stepper.run(target, min(LOOK, COLLAPSE * NOMINAL - stepper.steps))
-            lowest = min(lowest, _lowest(stepper))
+            looks.look()
     except SolveError as error:
-        return error.status.name.lower(), min(lowest, _lowest(stepper))
-    return Status.FINISHED.name.lower(), lowest
+        looks.look()
+        return error.status.name.lower()
+    return Status.FINISHED.name.lower()
 
 
-def _lowest(stepper: Stepper) -> float:
-    """The lowest mass of a state; -inf where a number is none."""
-    q = stepper.q
-    return float(q[list(stepper.problem.mass_rows)].min()) if np.isfinite(q).all() else -np.inf
-
-
-def _drift(stepper: Stepper, sweeps: int) -> tuple[float, float]:
+def _drift(stepper: Stepper, sweeps: int, most: np.ndarray) -> tuple[float, float]:
     """Return the largest change of a mass that its boundary fluxes do not explain, and its share of what rounding may do.
 
-    Relative to the mass at the start and what passed the ends.
+    Relative to the mass at the start and the ``most`` that had passed the ends: what came in may have left by the same end since.
     """
     problem, drift, share = stepper.problem, 0.0, 0.0
     axes, volume = len(problem.grid.axes), problem.grid.cell_volume
-    for row, passed in zip(problem.mass_rows, stepper.snapshot()["masses"][:2 * axes].T, strict=False):
+    for row, passed, through in zip(problem.mass_rows, passed_ends(stepper).T, most.sum(axis=0), strict=False):
         start, end = (fsum(q[row].flat) * volume for q in (problem.q0, stepper.q))
-        through = np.abs(passed).sum()
         size, change = max(start + through, LEAST_MASS), abs(end - start - (passed[::2] - passed[1::2]).sum())
         allowed = ROUNDING * np.sqrt(max(stepper.steps, 1) * sweeps * axes) * size + ADDING * stepper.steps * through
         drift, share = max(drift, change / size), max(share, change / allowed)
