@@ -332,6 +332,7 @@ def test_no_time_step_and_no_roughness_is_too_large():
 
 depths = st.one_of(st.sampled_from([0.0, 1e-300, 1e-160, 1e-30, 1e-8]), st.floats(1e-300, 1e3))
 speeds = st.one_of(st.just(0.0), st.floats(-1e3, 1e3, allow_subnormal=False))
+thin = st.sampled_from([0.0, 1e-300, 1e-297, 1e-160, 1e-30, 1e-8])
 strengths = st.sampled_from([0.0, 1e-6, 0.3, 1.0, 1e3])
 
 
@@ -357,8 +358,9 @@ def test_friction_never_turns_a_momentum_nor_lets_it_grow_nor_touches_a_mass(law
             assert after[momentum, 0] == q[momentum, 0]
 
 
-@given(st.sampled_from(EVERY), st.sampled_from([gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.ShallowWater(dry=1e-8)]), depths, depths,
-       st.sampled_from([0.0, 1e-24, -1e-8, 1.0]), st.sampled_from([0.0, 1e-300, 1e-7, 1.0, 1e3]), st.sampled_from([1e-9, 1e-3, 1.0, 1e6]))
+@pytest.mark.parametrize("law", EVERY, ids=str)
+@given(st.sampled_from([gr.TwoPhase(), gr.Reduced(), gr.ShallowWater(), gr.ShallowWater(dry=1e-8)]), thin, thin,
+       st.sampled_from([0.0, 1e-24, -1e-8, 1.0]), st.sampled_from([1e-300, 1e-7, 1.0, 1e3]), st.sampled_from([1e-9, 1e-3, 1.0, 1e6]))
 def test_friction_of_a_face_on_a_film_beside_any_flow_is_a_number(law, model, hs, hf, push, bearing, dt):
     """A face bears the mean of both masses: a film of 1e-297 m beside a flow of 1 m had inf times 0."""
     before = np.array({4: [hs, 0.0, hf, 0.0], 3: [hs + hf, hs + 0.5 * hf, 0.0], 2: [hs, 0.0]}[len(model.conserved)])[:, None]

@@ -34,10 +34,10 @@ MENDED_ON_A_PLANE = {
 #: The same on a slope with an inflow, seed 101: beside a flow of 1 m the friction of a face on a film of 1e-297 m was no number; fluid that brings 1e-22 m of
 #: grains in and out by the same end keeps its mass as well as a double can add it.
 MENDED_ON_A_SLOPE = {
-    "film under Manning friction": ("shallow-water", "relaxation", 1, 730, "stream"),
-    "film under Manning friction and drag": ("two-phase", "hll", 1, 6282, "stream"),
-    "film under Voellmy friction": ("reduced", "roe", 2, 9234, "torrent"),
-    "film of two layers": ("two-layer", "rusanov", 2, 2306, "torrent"),
+    "film under Manning friction": ("shallow-water", "relaxation", 1, 6282, "stream"),
+    "film under Manning friction and drag": ("two-phase", "hll", 1, 4810, "stream"),
+    "film under Voellmy friction": ("two-phase", "roe", 2, 2306, "torrent"),
+    "film of two layers": ("two-layer", "rusanov", 2, 5794, "torrent"),
     "grains that leave by the end that brought them": ("two-phase", "relaxation", 1, 363, "stream"),
 }
 
