@@ -97,6 +97,11 @@ class Expr:
         raise Untraceable("a value is turned into a Python float here, which no array is; use np.sqrt and its like, not "
                           "those of math")
 
+    def __index__(self) -> int:
+        raise Untraceable("a value is the number of one cell, not an index or a count (aux[k], range(k), int(k)), and so is a "
+                          "parameter; a constant of the class (ClassVar) is an integer: let `along(axis)` return a part of "
+                          "another class, or write (1 - k) * a + k * b")
+
     def __array__(self, *arguments: Any, **settings: Any) -> Any:
         raise Untraceable("values are put into an array here, where sums would count cells as well; keep components in tuples")
 

@@ -111,6 +111,8 @@ VIOLATIONS = {name: value for name, value in vars(Violations).items() if inspect
     "scalar module": lambda self, q: (math.sqrt(q[0]),),  # refused: use np.sqrt and its like
     "conversion": lambda self, q: (float(q[0]),),  # refused: Python float
     "index from value": lambda self, q: (OFFSETS[q[0]] * q[0],),  # refused: a value is the number of one cell
+    "index from parameter": lambda self, q: (q[self.factor],),  # refused: a constant of the class (ClassVar) is an integer
+    "count from parameter": lambda self, q: (sum(q[0] for _ in range(self.factor)),),  # refused: a constant of the class
     "total": lambda self, q: (np.sum(q[0]) + q[0],),  # refused: np.sum does not take cells
     "method of array": lambda self, q: (q[0].sum() * q[0],),  # refused: no attribute 'sum'
     "extreme": lambda self, q: (np.min(q[0]) + 0.0 * q[0],),  # refused: no extremes
